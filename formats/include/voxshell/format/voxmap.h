@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * voxmap.h - what a .voxmap file holds (formats/voxmap.md): the static scene as cells
+ * of state free, surface or interior, and optional channels.
+ *
+ * Three levels, all dense and directly indexed, so that a look-up is three loads:
+ *   ROOT  one u32 per chunk of 64^3 cells in the box      -> chunk, or a uniform state
+ *   CHNK  512 u32 per chunk, one per brick of 8^3 cells   -> brick, or a uniform state
+ *   BRIK  128 bytes per brick, two bits per cell
+ * A u32 entry below VXS_VOXMAP_ENTRY_FIRST is a uniform state (0 free, 2 interior);
+ * otherwise entry - VXS_VOXMAP_ENTRY_FIRST is the index of a chunk or a brick.
+ */
+#ifndef VOXSHELL_FORMAT_VOXMAP_H
+#define VOXSHELL_FORMAT_VOXMAP_H
+
+#include "voxshell/format/container.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    VXS_VOXMAP_VERSION_MAJOR = 1,
+    VXS_VOXMAP_VERSION_MINOR = 0,
+    VXS_VOXMAP_BRICK_CELLS = 8,  /* per axis */
+    VXS_VOXMAP_CHUNK_BRICKS = 8, /* per axis */
+    VXS_VOXMAP_CHUNK_CELLS = 64, /* per axis */
+    VXS_VOXMAP_CHUNK_ENTRIES = 512,
+    VXS_VOXMAP_BRICK_WORDS = 16,    /* u64 per brick of state bits */
+    VXS_VOXMAP_ENTRY_FIRST = 4,     /* entries below are uniform states */
+    VXS_VOXMAP_MAX_CELLS = 1 << 20, /* per axis of the box (M204) */
+    VXS_VOXMAP_MAX_ROOT = 1 << 24,  /* root entries (M205) */
+    VXS_VOXMAP_MAX_LAYER = 127      /* |layer| */
+};
+
+/* The state of a cell, two bits. 3 is never written (M305). */
+enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
+
+#define VXS_VOXMAP_SECTION_GRID VXS_SECTION_ID('G', 'R', 'I', 'D') /* 1 x vxs_voxmap_grid */
+#define VXS_VOXMAP_SECTION_ROOT VXS_SECTION_ID('R', 'O', 'O', 'T') /* u32 */
+#define VXS_VOXMAP_SECTION_CHNK VXS_SECTION_ID('C', 'H', 'N', 'K') /* u32[512] */
+#define VXS_VOXMAP_SECTION_BRIK VXS_SECTION_ID('B', 'R', 'I', 'K') /* u64[16] */
+/* Optional channels, parallel to BRIK: one element per brick. A map with channels also
+ * materialises the bricks of the channel's band (their cells may all be free). */
+#define VXS_VOXMAP_SECTION_LAYR VXS_SECTION_ID('L', 'A', 'Y', 'R') /* i8[512]; 0 = surface */
+#define VXS_VOXMAP_SECTION_DIST VXS_SECTION_ID('D', 'I', 'S', 'T') /* i16[512]; x distance_step */
+
+typedef struct vxs_voxmap_grid {
+    double voxel;           /* edge h of a cell [m], finite, > 0 */
+    int64_t origin_cell[3]; /* cell of the box's min corner; multiple of 64 */
+    uint32_t root_dims[3];  /* the box in chunks, >= 1 */
+    uint32_t layer_count;   /* L of the layer channel, 0 without it */
+    uint64_t surface_cells;
+    uint64_t interior_cells;
+    int64_t bbox_min[3];   /* cells: tight box of the surface and interior cells, */
+    int64_t bbox_max[3];   /* max inclusive */
+    double distance_step;  /* [m] per unit of DIST, 0 without it */
+    double distance_band;  /* [m] |distance| the channel represents, 0 without it */
+    double distance_error; /* [m] largest error of a stored distance */
+    uint32_t flags;        /* VXS_VOXMAP_FLAG_* */
+    uint32_t reserved;     /* 0 */
+    uint8_t pad[48];       /* 0 */
+} vxs_voxmap_grid;
+
+enum {
+    VXS_VOXMAP_FLAG_CLOSED = 1,   /* the source mesh had no boundary edge */
+    VXS_VOXMAP_FLAG_UNSIGNED = 2  /* DIST carries no sign: an open part */
+};
+
+VXS_STATIC_ASSERT(sizeof(vxs_voxmap_grid) == 192, "grid is 192 bytes");
+VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, origin_cell) == 8, "layout");
+VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, root_dims) == 32, "layout");
+VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, surface_cells) == 48, "layout");
+VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, bbox_min) == 64, "layout");
+VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, distance_step) == 112, "layout");
+VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, flags) == 136, "layout");
+
+/* Index arithmetic, the same for writer, reader and kernels. Axis order i, j, k; k runs
+ * fastest. ci, cj, ck: cell relative to origin_cell, not negative. */
+static inline uint64_t vxs_voxmap_root_index(const uint32_t dims[3], uint32_t ci, uint32_t cj, uint32_t ck)
+{
+    return ((uint64_t)(ci >> 6) * dims[1] + (cj >> 6)) * dims[2] + (ck >> 6);
+}
+static inline uint32_t vxs_voxmap_chunk_slot(uint32_t ci, uint32_t cj, uint32_t ck)
+{
+    return ((ci >> 3) & 7u) << 6 | ((cj >> 3) & 7u) << 3 | ((ck >> 3) & 7u);
+}
+static inline uint32_t vxs_voxmap_brick_cell(uint32_t ci, uint32_t cj, uint32_t ck)
+{
+    return (ci & 7u) << 6 | (cj & 7u) << 3 | (ck & 7u);
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Progress of long work, and the way to stop it.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace voxshell {
+
+/// Where long work tells how far it is. The base class is silent: libraries take a `Progress &` and
+/// never know whether somebody watches. `advance` and `check` are safe from any thread.
+class Progress {
+public:
+    virtual ~Progress() = default;
+    /// A new stage of `total` units of work begins ("voxelise", 102400). Not thread-safe.
+    virtual void stage(std::string_view /*name*/, std::uint64_t /*total*/) {}
+    /// `units` more units of the stage are done.
+    virtual void advance(std::uint64_t /*units*/) {}
+    /// Call at least every 50 ms of work: throws Failure(ExitCode::interrupted) after ^C.
+    virtual void check() {}
+};
+
+} // namespace voxshell

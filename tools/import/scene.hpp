@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What every importer makes: meshes, their instances, and where they came from.
+#pragma once
+
+#include "cli/failure.hpp"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace voxshell {
+
+using Point = std::array<double, 3>;
+using Triangle = std::array<std::uint32_t, 3>; ///< vertex indices, counter-clockwise seen from outside
+
+/// Triangles in one frame, lengths in metres. Every index is below vertices.size(), every
+/// coordinate is finite: importers guarantee it.
+struct Mesh {
+    std::string name;
+    std::vector<Point> vertices;
+    std::vector<Triangle> triangles;
+};
+
+/// One occurrence of a mesh in the scene.
+struct Instance {
+    std::string name;   ///< node path, "/arm/gripper/jaw"; unique within the scene
+    std::uint32_t mesh; ///< index into Scene::meshes
+    /// Scene from mesh, 3 x 4 row-major (rotation, scale, shear | translation [m]). A negative
+    /// determinant mirrors: flatten() turns the winding round so that the outside stays outside.
+    std::array<double, 12> pose{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+};
+
+struct Scene {
+    std::string name; ///< file name without folder and ending
+    std::vector<Mesh> meshes;
+    std::vector<Instance> instances;
+    std::array<std::uint8_t, 32> source_hash{}; ///< SHA-256 of the input file's bytes and then of each external buffer's
+    std::vector<Warning> warnings;
+};
+
+struct ImportOptions {
+    std::optional<double> unit; ///< metres per file unit; required for STL, refused for glTF
+    bool z_up = false;          ///< turn a Z-up part into the scene frame (+Y up): (x, y, z) -> (x, z, -y)
+};
+
+/// Reads `path` by its ending (.stl .gltf .glb, any case). Throws Failure with the file's path: system
+/// (cannot read), invalid (not what it says it is), unsupported (valid but not readable by us).
+/// Never returns a scene without triangles, with an index out of range or a non-finite coordinate.
+Scene import_scene(const std::filesystem::path &path, const ImportOptions &options);
+
+/// All instances as one mesh in the scene frame, in instance order. Mirrored instances get their
+/// winding turned round. No welding: vertices stay as they came.
+Mesh flatten(const Scene &scene);
+
+} // namespace voxshell
