@@ -44,8 +44,9 @@ struct Shell {
 ///   exact  per surface cell the point of the mesh inside the cell that is nearest to the cell's centre;
 ///          where the area-weighted mean normal nearly cancels, one point per side (method section 2).
 ///   naive  the cell's centre (McNeely 1999), same normals and weights.
-/// `inverted` turns all normals round (an inside-out mesh). Deterministic for any thread count.
+/// The winding is taken as it is (counter-clockwise seen from outside): orient the mesh first (mesh/orient.hpp).
+/// Deterministic for any thread count.
 Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Cells &cells, ShellKind kind,
-                 bool inverted, Progress &progress);
+                 Progress &progress);
 
 } // namespace voxshell

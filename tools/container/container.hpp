@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Writes the container frame of formats/container.md around sections; hashes.
+#pragma once
+
+#include "voxshell/format/container.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace voxshell {
+
+using Sha256 = std::array<std::uint8_t, 32>;
+
+class Sha256Stream { ///< incremental SHA-256 (OpenSSL behind it)
+public:
+    Sha256Stream();
+    ~Sha256Stream();
+    Sha256Stream(const Sha256Stream &) = delete;
+    Sha256Stream &operator=(const Sha256Stream &) = delete;
+    void update(std::span<const std::uint8_t> bytes);
+    Sha256 digest();
+
+private:
+    void *context_;
+};
+
+Sha256 sha256(std::span<const std::uint8_t> bytes);
+std::string hex(const Sha256 &hash); ///< 64 lower-case digits
+std::uint32_t crc32(std::span<const std::uint8_t> bytes); ///< IEEE 802.3, as zlib's
+
+struct Section {
+    std::uint32_t id;
+    std::uint32_t stride; ///< bytes per element
+    std::vector<std::uint8_t> bytes;
+};
+
+/// The whole file: header, table, sections in the given order at 64-byte alignment, zero padding, checksums,
+/// content hash. `magic` is the 8 bytes of the kind.
+std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t major, std::uint16_t minor,
+                                          const Sha256 &source_hash, const std::vector<Section> &sections);
+
+} // namespace voxshell

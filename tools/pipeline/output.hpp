@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Files that appear whole or not at all.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace voxshell {
+
+/// A set of output files that come into being together: each is written under a temporary name in its target
+/// folder, synced, and renamed by commit(). Destroyed without commit (a Failure, ^C), it leaves nothing behind,
+/// neither files nor the folders that it made. Throws Failure(system) on any error, with the path.
+class Outputs {
+public:
+    explicit Outputs(bool force) : force_(force) {}
+    ~Outputs();
+    Outputs(const Outputs &) = delete;
+    Outputs &operator=(const Outputs &) = delete;
+    /// Writes the bytes under a temporary name. An existing file with other content is refused
+    /// (Failure(system), "exists with other content; --force overwrites") unless `force`.
+    void add(const std::filesystem::path &path, std::span<const std::uint8_t> bytes);
+    void add(const std::filesystem::path &path, const std::string &text);
+    void commit();
+
+private:
+    struct Pending {
+        std::filesystem::path temporary, target; ///< no temporary: the same bytes are there already
+    };
+    std::vector<Pending> pending_;
+    std::vector<std::filesystem::path> made_folders_;
+    bool force_;
+};
+
+} // namespace voxshell

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Cells <-> OpenVDB. The only header through which the tools know that OpenVDB exists.
+#pragma once
+
+#include "container/container.hpp"
+#include "voxmap/cells.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace voxshell {
+
+/// A reproducible .vdb: Int32 grid `state` (1 surface, 2 interior, background 0), index (i,j,k) = cell, transform
+/// with index (0,0,0) at world (h/2, h/2, h/2), file metadata (voxel, unit, source hash, options), the file's UUID
+/// derived from the content instead of OpenVDB's random one. Solid runs become tiles, not voxels.
+std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta);
+
+struct VdbFile {
+    Cells cells;
+    Sha256 source_hash{}; ///< zero if the file names none
+    std::string meta;     ///< JSON; "{}" if the file has none
+};
+
+/// Reads a `state` grid written by vdb_bytes(). Throws Failure(invalid) for anything that is not one.
+VdbFile read_vdb(const std::filesystem::path &path);
+
+} // namespace voxshell
