@@ -25,8 +25,8 @@ enum class ExitCode : int {
 /// prints `voxshell VERB: error: FILE: WHAT` and exits with `code`.
 class Failure : public std::runtime_error {
 public:
-    Failure(ExitCode code, std::string file, const std::string &what)
-        : std::runtime_error(what), code(code), file(std::move(file)) {}
+    Failure(ExitCode exit_code, std::string path, const std::string &what)
+        : std::runtime_error(what), code(exit_code), file(std::move(path)) {}
     ExitCode code;
     std::string file; ///< may be empty
 };
