@@ -39,8 +39,16 @@ enum {
     ((uint32_t)(a) | (uint32_t)(b) << 8 | (uint32_t)(c) << 16 | (uint32_t)(d) << 24)
 
 /* META: UTF-8 JSON object, tool version, options, names. For people and for `inspect`;
- * the runtime never parses it. Outside the content hash. */
+ * the runtime never parses it. The last section, outside the content hash (C206, C303). */
 #define VXS_SECTION_META VXS_SECTION_ID('M', 'E', 'T', 'A')
+
+/* Never in a file: where a broken rule is reported that belongs to no section (C201). */
+#define VXS_SECTION_HEAD VXS_SECTION_ID('H', 'E', 'A', 'D') /* the header */
+#define VXS_SECTION_TABL VXS_SECTION_ID('T', 'A', 'B', 'L') /* the section table */
+
+/* Edge of a cell that an asset may state [m] (M201, S201). */
+#define VXS_VOXEL_MIN 1e-12
+#define VXS_VOXEL_MAX 1e3
 
 typedef struct vxs_container_header {
     uint8_t magic[VXS_CONTAINER_MAGIC_SIZE];
@@ -64,7 +72,7 @@ typedef struct vxs_container_section {
     uint32_t id;     /* four characters, VXS_SECTION_ID */
     uint32_t stride; /* bytes per element, never 0 */
     uint64_t count;  /* elements */
-    uint64_t offset; /* from the start of the file, multiple of 64 */
+    uint64_t offset; /* from the start of the file: the first multiple of 64 after what comes before */
     uint64_t size;   /* count * stride, without the padding to the next 64 */
     uint32_t crc;    /* CRC-32 of the size bytes */
     uint32_t reserved; /* 0 */

@@ -21,8 +21,11 @@ enum {
     VXS_POINTSHELL_VERSION_MINOR = 0,
     VXS_POINTSHELL_LANES = 16,         /* padded_count is a multiple of this */
     VXS_POINTSHELL_CLUSTER_POINTS = 64, /* points per cluster, the last may hold fewer */
-    VXS_POINTSHELL_MAX_POINTS = 1 << 28
+    VXS_POINTSHELL_MAX_POINTS = 1 << 28 /* S203 */
 };
+
+/* Largest |coordinate| of a point or a centre [m] (S207, S301, S402). */
+#define VXS_POINTSHELL_MAX_COORDINATE 1e15
 
 enum { VXS_POINTSHELL_EXACT = 1, VXS_POINTSHELL_NAIVE = 2 };
 

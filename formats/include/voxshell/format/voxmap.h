@@ -6,7 +6,7 @@
  * Three levels, all dense and directly indexed, so that a look-up is three loads:
  *   ROOT  one u32 per chunk of 64^3 cells in the box      -> chunk, or a uniform state
  *   CHNK  512 u32 per chunk, one per brick of 8^3 cells   -> brick, or a uniform state
- *   BRIK  128 bytes per brick, two bits per cell
+ *   BRIK  128 bytes per brick, two bits per cell (vxs_voxmap_brick_state)
  * A u32 entry below VXS_VOXMAP_ENTRY_FIRST is a uniform state (0 free, 2 interior);
  * otherwise entry - VXS_VOXMAP_ENTRY_FIRST is the index of a chunk or a brick.
  */
@@ -30,8 +30,12 @@ enum {
     VXS_VOXMAP_ENTRY_FIRST = 4,     /* entries below are uniform states */
     VXS_VOXMAP_MAX_CELLS = 1 << 20, /* per axis of the box (M204) */
     VXS_VOXMAP_MAX_ROOT = 1 << 24,  /* root entries (M205) */
-    VXS_VOXMAP_MAX_LAYER = 127      /* |layer| */
+    VXS_VOXMAP_MAX_BRICKS = 1 << 28, /* M206 */
+    VXS_VOXMAP_MAX_LAYERS = 126     /* layer_count; layer_count + 1 means beyond (M401) */
 };
+
+/* Every cell index of the box is in [-VXS_VOXMAP_MAX_INDEX, VXS_VOXMAP_MAX_INDEX) (M202). */
+#define VXS_VOXMAP_MAX_INDEX (INT64_C(1) << 44)
 
 /* The state of a cell, two bits. 3 is never written (M305). */
 enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
@@ -42,7 +46,7 @@ enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
 #define VXS_VOXMAP_SECTION_BRIK VXS_SECTION_ID('B', 'R', 'I', 'K') /* u64[16] */
 /* Optional channels, parallel to BRIK: one element per brick. A map with channels also
  * materialises the bricks of the channel's band (their cells may all be free). */
-#define VXS_VOXMAP_SECTION_LAYR VXS_SECTION_ID('L', 'A', 'Y', 'R') /* i8[512]; 0 = surface */
+#define VXS_VOXMAP_SECTION_LAYR VXS_SECTION_ID('L', 'A', 'Y', 'R') /* i8[512]; 0 surface, > 0 free */
 #define VXS_VOXMAP_SECTION_DIST VXS_SECTION_ID('D', 'I', 'S', 'T') /* i16[512]; x distance_step */
 
 typedef struct vxs_voxmap_grid {
@@ -88,6 +92,11 @@ static inline uint32_t vxs_voxmap_chunk_slot(uint32_t ci, uint32_t cj, uint32_t 
 static inline uint32_t vxs_voxmap_brick_cell(uint32_t ci, uint32_t cj, uint32_t ck)
 {
     return (ci & 7u) << 6 | (cj & 7u) << 3 | (ck & 7u);
+}
+/* State (VXS_CELL_*) of cell `cell` (vxs_voxmap_brick_cell) of the brick with these 16 words. */
+static inline uint32_t vxs_voxmap_brick_state(const uint64_t *words, uint32_t cell)
+{
+    return (uint32_t)(words[cell >> 5] >> ((cell & 31u) << 1)) & 3u;
 }
 
 #ifdef __cplusplus
