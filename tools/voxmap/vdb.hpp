@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ namespace voxshell {
 
 /// A reproducible .vdb: Int32 grid `state` (1 surface, 2 interior, background 0), index (i,j,k) = cell, transform
 /// with index (0,0,0) at world (h/2, h/2, h/2), file metadata (voxel, unit, source hash, options), the file's UUID
-/// derived from the content instead of OpenVDB's random one. Solid runs become tiles, not voxels.
+/// derived from the content instead of OpenVDB's random one. Solid runs become tiles, not voxels. Throws
+/// Failure(requirement) if a cell's index does not fit 32 bits.
 std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta);
 
 struct VdbFile {
@@ -23,7 +25,13 @@ struct VdbFile {
     std::string meta;     ///< JSON; "{}" if the file has none
 };
 
-/// Reads a `state` grid written by vdb_bytes(). Throws Failure(invalid) for anything that is not one.
+/// Reads a `state` grid written by vdb_bytes(), or by another program that kept its meaning (any compression, tiles or
+/// voxels). Throws Failure(invalid) for anything that is not one, Failure(system) if the file cannot be read.
+/// OpenVDB's reader crashes on damaged files, so it runs in a child process with limited time and memory.
 VdbFile read_vdb(const std::filesystem::path &path);
+
+/// Whether the UUID at bytes 21..56 is the one that vdb_bytes() derives from the other bytes: false for a file
+/// that is damaged or that another program saved.
+bool vdb_uuid_matches(std::span<const std::uint8_t> bytes);
 
 } // namespace voxshell

@@ -1,0 +1,9 @@
+# OpenVDB, found without its FindOpenVDB.cmake: that one demands Boost.Iostreams, which nothing here needs.
+find_path(OPENVDB_INCLUDE_DIR openvdb/openvdb.h REQUIRED)
+find_library(OPENVDB_LIBRARY openvdb REQUIRED)
+find_package(Imath CONFIG QUIET REQUIRED)
+
+add_library(voxshell_vdb STATIC vdb.cpp vdb_parse.cpp vdb_read.cpp)
+target_include_directories(voxshell_vdb SYSTEM PRIVATE ${OPENVDB_INCLUDE_DIR})
+target_link_libraries(voxshell_vdb PUBLIC voxshell_tools voxshell_container voxshell_voxmap
+  PRIVATE ${OPENVDB_LIBRARY} Imath::Imath)

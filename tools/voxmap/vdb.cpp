@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "voxmap/vdb.hpp"
+#include "cli/failure.hpp"
+#include "voxmap/vdb_parse.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <fmt/core.h>
+#include <map>
+#include <openvdb/openvdb.h>
+#include <sstream>
+#include <string_view>
+
+namespace voxshell {
+namespace {
+
+using Tree = openvdb::Int32Tree;
+using Leaf = Tree::LeafNodeType;
+static_assert(Leaf::DIM == VXS_VOXMAP_BRICK_CELLS, "a brick is a leaf");
+
+constexpr std::int64_t block_bricks = 16; // per axis of OpenVDB's lowest internal node
+constexpr std::size_t uuid_offset = 21;   // after i64 magic, u32 version, u32 and u32 library version, u8 offsets
+constexpr std::string_view nil_uuid = "00000000-0000-0000-0000-000000000000";
+
+/// io::File writes to a path and io::Stream gives up the offsets that let a viewer load one grid.
+struct MemoryArchive : openvdb::io::Archive {
+    MemoryArchive()
+    {
+        setCompression(openvdb::io::COMPRESS_ACTIVE_MASK); // a codec's bytes depend on its version
+        setGridStatsMetadataEnabled(false);                // they depend on the library's ABI
+    }
+    std::string bytes(const openvdb::GridCPtrVec &grids, const openvdb::MetaMap &metadata) const
+    {
+        std::ostringstream out;
+        Archive::write(out, grids, true, metadata);
+        return std::move(out).str();
+    }
+};
+
+openvdb::Coord coord(std::int64_t i, std::int64_t j, std::int64_t k)
+{
+    return {static_cast<openvdb::Int32>(i), static_cast<openvdb::Int32>(j), static_cast<openvdb::Int32>(k)};
+}
+
+void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
+{
+    for (const Brick &brick : cells.bricks) {
+        auto *leaf = new Leaf(coord(8 * (origin[0] + brick.at[0]), 8 * (origin[1] + brick.at[1]),
+                                    8 * (origin[2] + brick.at[2])),
+                              0, false);
+        Leaf::ValueType *values = leaf->buffer().data();
+        Leaf::NodeMaskType active;
+        for (std::uint32_t i = 0; i < 8; ++i) {
+            active.getWord<std::uint64_t>(i) = brick.surface[i] | brick.interior[i];
+            for (std::uint64_t left = brick.surface[i]; left; left &= left - 1)
+                values[64 * i + static_cast<std::uint32_t>(std::countr_zero(left))] = VXS_CELL_SURFACE;
+            for (std::uint64_t left = brick.interior[i]; left; left &= left - 1)
+                values[64 * i + static_cast<std::uint32_t>(std::countr_zero(left))] = VXS_CELL_INTERIOR;
+        }
+        leaf->setValueMask(active);
+        tree.addLeaf(leaf); // takes ownership
+    }
+}
+
+/// Solid bricks as tiles: a block of 16^3 bricks that is solid throughout as one tile, others brick by brick.
+/// What is large and solid costs its surface, not its volume.
+void add_solid(const Cells &cells, const Cell &origin, Tree &tree)
+{
+    const auto each_block = [&](auto &&visit) {
+        for (const SolidRun &run : cells.solid) {
+            const std::int64_t i = origin[0] + run.i, j = origin[1] + run.j, last = origin[2] + run.last;
+            for (std::int64_t k = origin[2] + run.first, stop = 0; k <= last; k = stop + 1) {
+                stop = std::min(last, k | (block_bricks - 1));
+                visit(Cell{i, j, k}, stop);
+            }
+        }
+    };
+    std::map<Cell, std::int64_t> solid; // bricks in each block
+    const auto block = [](const Cell &brick) { return Cell{brick[0] >> 4, brick[1] >> 4, brick[2] >> 4}; };
+    each_block([&](const Cell &first, std::int64_t stop) { solid[block(first)] += stop - first[2] + 1; });
+    each_block([&](const Cell &first, std::int64_t stop) {
+        if (solid[block(first)] == block_bricks * block_bricks * block_bricks) {
+            if (((first[0] | first[1] | first[2]) & (block_bricks - 1)) == 0)
+                tree.addTile(2, coord(8 * first[0], 8 * first[1], 8 * first[2]), VXS_CELL_INTERIOR, true);
+            return;
+        }
+        for (std::int64_t k = first[2]; k <= stop; ++k)
+            tree.addTile(1, coord(8 * first[0], 8 * first[1], 8 * k), VXS_CELL_INTERIOR, true);
+    });
+}
+
+/// A UUID of version 8 (vendor's own) from the hash of the file with the nil UUID in its place.
+std::string content_uuid(std::span<const std::uint8_t> bytes)
+{
+    Sha256Stream stream;
+    stream.update(bytes.first(uuid_offset));
+    stream.update({reinterpret_cast<const std::uint8_t *>(nil_uuid.data()), nil_uuid.size()});
+    stream.update(bytes.subspan(uuid_offset + nil_uuid.size()));
+    Sha256 hash = stream.digest();
+    hash[6] = static_cast<std::uint8_t>((hash[6] & 0x0f) | 0x80);
+    hash[8] = static_cast<std::uint8_t>((hash[8] & 0x3f) | 0x80);
+    std::string text = hex(hash).substr(0, 32);
+    for (const std::size_t at : {8, 13, 18, 23}) text.insert(at, 1, '-');
+    return text;
+}
+
+} // namespace
+
+std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta)
+{
+    openvdb::initialize();
+    for (int axis = 0; axis < 3; ++axis) {
+        if (cells.min[axis] < -vdb_max_index || cells.max[axis] > vdb_max_index)
+            throw Failure(ExitCode::requirement, "",
+                          fmt::format("cells {} to {} along axis {} do not fit the 32-bit indices of a .vdb (limit {}): "
+                                      "move the part nearer to the origin or use a larger voxel",
+                                      cells.min[axis], cells.max[axis], axis, vdb_max_index));
+    }
+    const Cell origin{cells.origin[0] >> 3, cells.origin[1] >> 3, cells.origin[2] >> 3}; // in bricks
+    auto grid = openvdb::Int32Grid::create(VXS_CELL_FREE);
+    grid->setName(vdb_grid_name);
+    grid->insertMeta("unit", openvdb::StringMetadata("m"));
+    auto transform = openvdb::math::Transform::createLinearTransform(cells.voxel);
+    transform->postTranslate(openvdb::Vec3d(cells.voxel / 2));
+    grid->setTransform(transform);
+    add_bricks(cells, origin, grid->tree());
+    add_solid(cells, origin, grid->tree());
+
+    openvdb::MetaMap metadata;
+    metadata.insertMeta(vdb_meta_voxel, openvdb::DoubleMetadata(cells.voxel));
+    metadata.insertMeta(vdb_meta_unit, openvdb::StringMetadata("m"));
+    metadata.insertMeta(vdb_meta_source, openvdb::StringMetadata(hex(source_hash)));
+    metadata.insertMeta(vdb_meta_options, openvdb::StringMetadata(meta));
+    metadata.insertMeta(vdb_meta_closed, openvdb::BoolMetadata(cells.closed));
+
+    const std::string text = MemoryArchive().bytes({grid}, metadata);
+    std::vector<std::uint8_t> bytes(text.begin(), text.end());
+    const std::string uuid = content_uuid(bytes);
+    std::copy(uuid.begin(), uuid.end(), bytes.begin() + uuid_offset);
+    return bytes;
+}
+
+bool vdb_uuid_matches(std::span<const std::uint8_t> bytes)
+{
+    if (bytes.size() < uuid_offset + nil_uuid.size()) return false;
+    return std::memcmp(bytes.data() + uuid_offset, content_uuid(bytes).data(), nil_uuid.size()) == 0;
+}
+
+} // namespace voxshell

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Inside the .vdb reader: what both of its processes agree on. Others include voxmap/vdb.hpp.
+#pragma once
+
+#include "voxmap/vdb.hpp"
+
+namespace voxshell {
+
+inline constexpr const char *vdb_grid_name = "state";
+inline constexpr const char *vdb_meta_voxel = "voxel";          ///< double [m]
+inline constexpr const char *vdb_meta_unit = "unit";            ///< "m"
+inline constexpr const char *vdb_meta_source = "source_sha256"; ///< 64 hexadecimal digits
+inline constexpr const char *vdb_meta_options = "options";      ///< JSON
+inline constexpr const char *vdb_meta_closed = "closed";        ///< bool
+inline constexpr std::int64_t vdb_max_index = (std::int64_t{1} << 31) - (1 << 13); ///< a 4096^3 node still fits
+inline constexpr std::size_t vdb_max_meta = std::size_t{16} << 20;                 ///< bytes
+
+/// Reads the file with OpenVDB's own reader, in the calling process: a damaged file can crash it, hang it or
+/// make it take all memory. Throws Failure or std::exception.
+VdbFile parse_vdb(const std::filesystem::path &path);
+
+/// Throws Failure(invalid) unless the invariants of Cells hold and the box is within the format's limits.
+void check_cells(const Cells &cells);
+
+} // namespace voxshell
