@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The scene file: what it means, and that every refusal names the place.
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+
+#include "scene/quantity.hpp"
+#include "scene/scene_file.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <numbers>
+#include <unistd.h>
+
+using namespace voxshell;
+
+namespace {
+
+const std::string smallest = R"({"scene": "voxshell-scene/1", "voxel": "2mm", "static": [{"file": "cup.glb"}],
+    "dynamic": [{"file": "sphere.glb"}], "hand": {"path": [{"t": "0s", "position": ["75mm", "40mm", "0mm"]}]}})";
+
+/// `text` as a file in a folder of its own.
+class Written {
+public:
+    explicit Written(const std::string &text)
+    {
+        char name[] = "/tmp/voxshell-scene-XXXXXX";
+        folder_ = mkdtemp(name);
+        path = folder_ / "test.scene.json";
+        std::ofstream(path) << text;
+    }
+    ~Written() { std::filesystem::remove_all(folder_); }
+    std::filesystem::path path;
+
+private:
+    std::filesystem::path folder_;
+};
+
+SceneFile read(const std::string &text)
+{
+    return read_scene(Written(text).path);
+}
+
+std::string refusal(const std::string &text)
+{
+    try {
+        read(text);
+    } catch (const Failure &failure) {
+        CHECK(failure.code == ExitCode::invalid);
+        return failure.what();
+    }
+    return "accepted";
+}
+
+/// The smallest scene with `from` replaced by `to`.
+std::string with(const std::string &from, const std::string &to)
+{
+    std::string text = smallest;
+    const std::size_t at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+
+} // namespace
+
+TEST_CASE("quantities are rounded once")
+{
+    CHECK(parse_quantity("2mm", Dimension::length) == 0.002);
+    CHECK(parse_quantity("0.3mm", Dimension::length) == 0.0003);
+    CHECK(parse_quantity("3e-1 mm", Dimension::length) == 0.0003);
+    CHECK(parse_quantity("1E+3um", Dimension::length) == 0.001);
+    CHECK(parse_quantity("1in", Dimension::length) == 0.0254);
+    CHECK(parse_quantity("1kHz", Dimension::frequency) == 1000.0);
+    CHECK(parse_quantity("180deg", Dimension::angle) == std::numbers::pi);
+    CHECK(parse_quantity("1N/mm", Dimension::stiffness) == 1000.0);
+    for (const char *bad : {"", "2", "mm", "2 m m", "2mm ", " 2mm", "2kg", "nanmm", "infm", "1e400m", "1e99999999999mm",
+                            "0x10mm", "2MM", "+2mm"}) {
+        CAPTURE(bad);
+        CHECK_FALSE(parse_quantity(bad, Dimension::length));
+    }
+    CHECK_FALSE(parse_quantity("2mm", Dimension::time));
+    CHECK(units_of(Dimension::length) == "m, cm, mm, um or in");
+}
+
+TEST_CASE("the smallest scene has the documented defaults")
+{
+    const Written file(smallest);
+    const SceneFile scene = read_scene(file.path);
+    CHECK(scene.voxel == 0.002);
+    REQUIRE(scene.statics.size() == 1);
+    CHECK(scene.statics[0].file == file.path.parent_path() / "cup.glb");
+    CHECK_FALSE(scene.statics[0].import.unit);
+    CHECK(scene.law == ContactLaw::average);
+    CHECK(scene.weighting == Weighting::count);
+    CHECK(scene.stiffness == 500);
+    CHECK(scene.filtered);
+    CHECK(scene.frequency == 5);
+    CHECK(scene.damping == 1);
+    CHECK(scene.device == "sim:phantom-premium-1.5");
+    CHECK(scene.arm == "hand");
+    CHECK(scene.rate == 1000);
+    CHECK(scene.hand.at(0).position == Point{0.075, 0.040, 0});
+    CHECK(scene.hand.at(1e9).position == Point{0.075, 0.040, 0});
+}
+
+TEST_CASE("the samples are scenes")
+{
+    for (const char *name : {"cup_press", "cup_slide"}) {
+        const SceneFile scene = read_scene(std::filesystem::path(VXS_TEST_SOURCE_DIR) / "samples/scenes" /
+                                           (std::string(name) + ".scene.json"));
+        CHECK(scene.hand.keyframes.size() >= 3);
+    }
+}
+
+TEST_CASE("the hand goes straight, turns and rests")
+{
+    const SceneFile scene = read(with(
+        R"([{"t": "0s", "position": ["75mm", "40mm", "0mm"]}])",
+        R"([{"t": "1s", "position": ["1m", "2m", "0m"]},
+            {"t": "2s", "position": ["3m", "2m", "0m"], "rotation": [0, 0, 2, 2]},
+            {"t": "4s", "turn": {"about": ["0m", "2m", "0m"], "axis": [0, 5, 0], "angle": "180deg"}}])"));
+    const auto near = [](const Point &a, const Point &b) {
+        return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) < 1e-12;
+    };
+    CHECK(near(scene.hand.at(0).position, {1, 2, 0}));
+    CHECK(near(scene.hand.at(1.25).position, {1.5, 2, 0}));
+    CHECK(near(scene.hand.at(2).position, {3, 2, 0}));
+    CHECK(near(scene.hand.at(3).position, {0, 2, -3})); // +Y from +X is -Z
+    CHECK(near(scene.hand.at(4).position, {-3, 2, 0}));
+    CHECK(near(scene.hand.at(9).position, {-3, 2, 0}));
+    const Quaternion half = scene.hand.at(1.5).rotation; // halfway to 90 degrees about z: 45 degrees
+    CHECK(half[2] == doctest::Approx(std::sin(std::numbers::pi / 8)));
+    CHECK(half[3] == doctest::Approx(std::cos(std::numbers::pi / 8)));
+    CHECK(near(rotate(scene.hand.at(2).rotation, {1, 0, 0}), {0, 1, 0}));
+}
+
+TEST_CASE("parts")
+{
+    const SceneFile scene = read(with(R"({"file": "cup.glb"})", R"({"file": "a/cup.stl", "unit": "mm", "up": "z",
+        "pose": {"position": ["1mm", "0m", "0m"], "rotation": [1, 0, 0, 1]}})"));
+    CHECK(scene.statics[0].import.unit == 0.001);
+    CHECK(scene.statics[0].import.z_up);
+    CHECK(scene.statics[0].pose.position[0] == 0.001);
+    CHECK(scene.statics[0].pose.rotation[0] == doctest::Approx(std::sqrt(0.5)));
+}
+
+TEST_CASE("every refusal names the place and the fix")
+{
+    CHECK(refusal(with("\"voxel\"", "\"voxle\"")) == "/voxle: unknown key; did you mean \"voxel\"?");
+    CHECK(refusal(with("\"t\": \"0s\", ", "")) == "/hand/path/0: lacks \"t\"");
+    CHECK(refusal(with("\"2mm\"", "2")) ==
+          "/voxel: must be a number with its unit in quotes (m, cm, mm, um or in)");
+    CHECK(refusal(with("\"2mm\"", "\"2s\"")) == "/voxel: \"2s\" is not a number with a unit of m, cm, mm, um or in");
+    CHECK(refusal(with("\"2mm\"", "\"0mm\"")) == "/voxel: must be above zero");
+    CHECK(refusal(with("\"0mm\"", "\"0Hz\"")) ==
+          "/hand/path/0/position/2: \"0Hz\" is not a number with a unit of m, cm, mm, um or in");
+    CHECK(refusal(with("cup.glb", "../cup.glb")) ==
+          "/static/0/file: must be a relative path inside the scene's folder");
+    CHECK(refusal(with("cup.glb", "/etc/passwd")) ==
+          "/static/0/file: must be a relative path inside the scene's folder");
+    CHECK(refusal(with("scene/1", "scene/2")) ==
+          "/scene: \"voxshell-scene/2\" is not a version that this voxshell reads: voxshell-scene/1");
+    CHECK(refusal(with("{\"file\": \"sphere.glb\"}", "")) == "/dynamic: must be a list of 1");
+    CHECK(refusal(with("\"hand\"", R"("contact": {"law": "patch", "stiffness": "1N/m"}, "hand")")) ==
+          "/contact/law: \"patch\" is not original or average");
+    CHECK(refusal(with("\"hand\"", R"("contact": {"weighting": "area", "stiffness": "1N/m"}, "hand")")) ==
+          "/contact/stiffness: \"1N/m\" is not a number with a unit of N/m^3 or N/mm^3");
+    CHECK(refusal(with("\"hand\"", R"("voxel": "1mm", "hand")")) == "key \"voxel\" occurs twice in one object");
+    CHECK(refusal(with("\"position\": [\"75mm\", \"40mm\", \"0mm\"]",
+                       R"("turn": {"about": ["0m", "0m", "0m"], "axis": [0, 1, 0], "angle": "1deg"})"))
+              .starts_with("/hand/path/0/turn: "));
+}
+
+TEST_CASE("hostile text is refused")
+{
+    CHECK(refusal("").starts_with("not JSON: "));
+    CHECK(refusal("[]") == "/: must be an object {...}");
+    CHECK(refusal("null") == "/: must be an object {...}");
+    CHECK(refusal("{\"" + std::string(100000, 'x') + "\": 1}").size() < 200);
+    CHECK(refusal(std::string(1000000, '[')) == "nested deeper than 16");
+    CHECK(refusal(with("40mm", std::string("40\\u0000mm"))) != "accepted");
+    CHECK(refusal(with("\"voxel\": \"2mm\"", "\"voxel\": 1e999")).starts_with("not JSON: "));
+    for (std::size_t n = 0; n < smallest.size(); ++n) { // every prefix
+        CHECK(refusal(smallest.substr(0, n)) != "accepted");
+    }
+    CHECK_THROWS_AS(read_scene("/nonexistent/x.scene.json"), Failure);
+    CHECK_THROWS_AS(read_scene("/"), Failure);
+}

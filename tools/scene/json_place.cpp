@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene/json_place.hpp"
+
+#include "cli/failure.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+namespace voxshell {
+namespace {
+
+constexpr std::size_t max_bytes = 16 << 20;
+constexpr int max_depth = 16;
+
+std::string read_text(const std::filesystem::path &file)
+{
+    std::error_code error;
+    if (std::filesystem::is_directory(file, error)) {
+        throw Failure(ExitCode::system, file.string(), "is a folder");
+    }
+    errno = 0;
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) {
+        throw Failure(ExitCode::system, file.string(), std::string("cannot read: ") + std::strerror(errno));
+    }
+    std::string text(max_bytes + 1, '\0');
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    if (stream.bad()) {
+        throw Failure(ExitCode::system, file.string(), "cannot read");
+    }
+    if (text.size() > max_bytes) {
+        throw Failure(ExitCode::invalid, file.string(), "larger than 16 MiB: not a scene");
+    }
+    return text;
+}
+
+/// Edits (insert, drop, replace) that turn a into b.
+std::size_t distance(std::string_view a, std::string_view b)
+{
+    std::vector<std::size_t> row(b.size() + 1);
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+        row[j] = j;
+    }
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        std::size_t diagonal = row[0]++;
+        for (std::size_t j = 0; j < b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i] != b[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({row[j + 1] + 1, row[j] + 1, replaced});
+        }
+    }
+    return row.back();
+}
+
+/// Printable, short: what a hostile file says goes to a terminal.
+std::string shown(std::string_view text)
+{
+    std::string out;
+    for (const char c : text.substr(0, 60)) {
+        out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+    }
+    return out + (text.size() > 60 ? "..." : "");
+}
+
+} // namespace
+
+void JsonPlace::refuse(const std::string &why) const
+{
+    throw Failure(ExitCode::invalid, file_->string(), shown(pointer_.empty() ? "/" : pointer_) + ": " + why);
+}
+
+double JsonPlace::number() const
+{
+    if (!value_->is_number() || !std::isfinite(value_->get<double>())) {
+        refuse("must be a number");
+    }
+    return value_->get<double>();
+}
+
+std::string JsonPlace::string(std::string_view expected) const
+{
+    if (!value_->is_string()) {
+        refuse("must be " + std::string(expected));
+    }
+    return value_->get<std::string>();
+}
+
+std::size_t JsonPlace::choice(std::initializer_list<std::string_view> names) const
+{
+    std::string list;
+    for (const std::string_view name : names) {
+        list += (list.empty() ? "" : name == *(names.end() - 1) ? " or " : ", ") + std::string(name);
+    }
+    const std::string text = string(list);
+    const auto found = std::find(names.begin(), names.end(), text);
+    if (found == names.end()) {
+        refuse("\"" + shown(text) + "\" is not " + list);
+    }
+    return static_cast<std::size_t>(found - names.begin());
+}
+
+std::vector<JsonPlace> JsonPlace::items(std::size_t least, std::size_t most) const
+{
+    if (!value_->is_array() || value_->size() < least || value_->size() > most) {
+        refuse(least == most ? "must be a list of " + std::to_string(least)
+                             : "must be a list of " + std::to_string(least) + " to " + std::to_string(most));
+    }
+    std::vector<JsonPlace> places;
+    for (std::size_t n = 0; n < value_->size(); ++n) {
+        places.emplace_back((*value_)[n], pointer_ + "/" + std::to_string(n), *file_);
+    }
+    return places;
+}
+
+JsonObject::JsonObject(JsonPlace place, std::initializer_list<std::string_view> keys) : place_(std::move(place))
+{
+    if (!place_.value_->is_object()) {
+        place_.refuse("must be an object {...}");
+    }
+    for (const auto &item : place_.value_->items()) {
+        const std::string &key = item.key();
+        if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
+            const auto nearest = std::min_element(keys.begin(), keys.end(), [&](auto a, auto b) {
+                return distance(key.substr(0, 64), a) < distance(key.substr(0, 64), b);
+            });
+            JsonPlace(item.value(), place_.pointer_ + "/" + key, *place_.file_)
+                .refuse("unknown key; did you mean \"" + std::string(*nearest) + "\"?");
+        }
+    }
+}
+
+std::optional<JsonPlace> JsonObject::find(std::string_view key) const
+{
+    const auto found = place_.value_->find(key);
+    if (found == place_.value_->end()) {
+        return std::nullopt;
+    }
+    return JsonPlace(*found, place_.pointer_ + "/" + std::string(key), *place_.file_);
+}
+
+JsonPlace JsonObject::get(std::string_view key) const
+{
+    auto found = find(key);
+    if (!found) {
+        place_.refuse("lacks \"" + std::string(key) + "\"");
+    }
+    return *found;
+}
+
+JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
+{
+    const std::string text = read_text(file);
+    std::vector<std::set<std::string>> keys;
+    const auto watch = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json &value) {
+        using Event = nlohmann::json::parse_event_t;
+        if (depth > max_depth) {
+            throw Failure(ExitCode::invalid, file_.string(), "nested deeper than " + std::to_string(max_depth));
+        }
+        if (event == Event::object_start) {
+            keys.emplace_back();
+        } else if (event == Event::object_end) {
+            keys.pop_back();
+        } else if (event == Event::key && !keys.back().insert(value.get<std::string>()).second) {
+            throw Failure(ExitCode::invalid, file_.string(),
+                          "key \"" + shown(value.get<std::string>()) + "\" occurs twice in one object");
+        }
+        return true;
+    };
+    try {
+        json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text, watch));
+    } catch (const nlohmann::json::exception &error) {
+        std::string what = error.what(); // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
+        what.erase(0, what.find("] ") == std::string::npos ? 0 : what.find("] ") + 2);
+        throw Failure(ExitCode::invalid, file_.string(), "not JSON: " + shown(what));
+    }
+}
+
+JsonDocument::~JsonDocument() = default;
+
+JsonPlace JsonDocument::root() const
+{
+    return {*json_, "", file_};
+}
+
+} // namespace voxshell

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene/scene_file.hpp"
+
+#include "scene/json_place.hpp"
+#include "scene/quantity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace voxshell {
+namespace {
+
+constexpr double micrometre = 1e-6;
+
+double quantity(const JsonPlace &at, Dimension dimension)
+{
+    const std::string text = at.string("a number with its unit in quotes (" + units_of(dimension) + ")");
+    const auto value = parse_quantity(text, dimension);
+    if (!value) {
+        at.refuse("\"" + text + "\" is not a number with a unit of " + units_of(dimension));
+    }
+    return *value;
+}
+
+double positive(const JsonPlace &at, Dimension dimension)
+{
+    const double value = quantity(at, dimension);
+    if (!(value > 0)) {
+        at.refuse("must be above zero");
+    }
+    return value;
+}
+
+Point lengths(const JsonPlace &at)
+{
+    const auto items = at.items(3, 3);
+    return {quantity(items[0], Dimension::length), quantity(items[1], Dimension::length),
+            quantity(items[2], Dimension::length)};
+}
+
+/// N numbers as a unit vector.
+template <std::size_t N> std::array<double, N> direction(const JsonPlace &at)
+{
+    const auto items = at.items(N, N);
+    std::array<double, N> v;
+    double largest = 0;
+    for (std::size_t n = 0; n < N; ++n) {
+        v[n] = items[n].number();
+        largest = std::max(largest, std::abs(v[n]));
+    }
+    if (!(largest > 0)) {
+        at.refuse("has no direction: all zero");
+    }
+    double square = 0;
+    for (double &x : v) {
+        x /= largest; // no overflow of the square
+        square += x * x;
+    }
+    for (double &x : v) {
+        x /= std::sqrt(square);
+    }
+    return v;
+}
+
+Quaternion rotation(const JsonObject &object)
+{
+    const auto found = object.find("rotation");
+    return found ? direction<4>(*found) : Quaternion{0, 0, 0, 1};
+}
+
+ScenePart part(const JsonPlace &at, const std::filesystem::path &folder)
+{
+    const JsonObject object(at, {"file", "unit", "up", "pose"});
+    ScenePart result;
+    const JsonPlace file = object.get("file");
+    const std::filesystem::path name = file.string("a file name");
+    // What a scene may open is its own folder: it can be passed on, and it cannot read what it should not.
+    if (name.empty() || name.is_absolute() || name.native().find('\0') != std::string::npos ||
+        std::any_of(name.begin(), name.end(), [](const auto &step) { return step == ".."; })) {
+        file.refuse("must be a relative path inside the scene's folder");
+    }
+    result.file = folder / name;
+    if (const auto unit = object.find("unit")) {
+        const auto metres = parse_quantity(fmt::format("1{}", unit->string("mm, cm, m or in")), Dimension::length);
+        if (!metres) {
+            unit->refuse("must be one of " + units_of(Dimension::length));
+        }
+        result.import.unit = *metres;
+    }
+    if (const auto up = object.find("up")) {
+        result.import.z_up = up->choice({"y", "z"}) == 1;
+    }
+    if (const auto placed = object.find("pose")) {
+        const JsonObject fields(*placed, {"position", "rotation"});
+        if (const auto position = fields.find("position")) {
+            result.pose.position = lengths(*position);
+        }
+        result.pose.rotation = rotation(fields);
+    }
+    return result;
+}
+
+void contact(const JsonPlace &at, SceneFile &scene)
+{
+    const JsonObject object(at, {"law", "weighting", "stiffness"});
+    if (const auto law = object.find("law")) {
+        scene.law = static_cast<ContactLaw>(law->choice({"original", "average"}));
+    }
+    if (const auto weighting = object.find("weighting")) {
+        scene.weighting = static_cast<Weighting>(weighting->choice({"count", "area"}));
+    }
+    scene.stiffness = positive(object.get("stiffness"), scene.weighting == Weighting::count ? Dimension::stiffness
+                                                                                            : Dimension::foundation);
+}
+
+void coupling(const JsonPlace &at, SceneFile &scene)
+{
+    const JsonObject object(at, {"kind", "frequency", "damping"});
+    scene.filtered = object.get("kind").choice({"none", "pt2"}) == 1;
+    if (scene.filtered) {
+        scene.frequency = positive(object.get("frequency"), Dimension::frequency);
+        const JsonPlace damping = object.get("damping");
+        scene.damping = damping.number();
+        if (!(scene.damping > 0)) {
+            damping.refuse("must be above zero");
+        }
+    }
+}
+
+Point turned(const HandPath::Keyframe::Turn &turn, const Point &from, double share)
+{
+    const double half = turn.angle * share / 2;
+    const double s = std::sin(half);
+    const Quaternion q{turn.axis[0] * s, turn.axis[1] * s, turn.axis[2] * s, std::cos(half)};
+    const Point arm = rotate(q, {from[0] - turn.about[0], from[1] - turn.about[1], from[2] - turn.about[2]});
+    return {turn.about[0] + arm[0], turn.about[1] + arm[1], turn.about[2] + arm[2]};
+}
+
+HandPath hand(const JsonPlace &at)
+{
+    const JsonObject object(at, {"path"});
+    HandPath path;
+    for (const JsonPlace &item : object.get("path").items(1, 1 << 16)) {
+        const JsonObject fields(item, {"t", "position", "rotation", "turn"});
+        HandPath::Keyframe keyframe{};
+        const JsonPlace time = fields.get("t");
+        keyframe.t = quantity(time, Dimension::time);
+        if (keyframe.t < 0 || (!path.keyframes.empty() && keyframe.t <= path.keyframes.back().t)) {
+            time.refuse("must be later than the keyframe before it, and not before 0s");
+        }
+        if (const auto turn = fields.find("turn")) {
+            if (path.keyframes.empty()) {
+                turn->refuse("the first keyframe has nowhere to turn from: give it a position");
+            }
+            const JsonObject arc(*turn, {"about", "axis", "angle"});
+            keyframe.turn = HandPath::Keyframe::Turn{lengths(arc.get("about")), direction<3>(arc.get("axis")),
+                                                     quantity(arc.get("angle"), Dimension::angle)};
+            if (const auto position = fields.find("position")) {
+                position->refuse("a turn says itself where it ends: leave out position or turn");
+            }
+            keyframe.pose.position = turned(*keyframe.turn, path.keyframes.back().pose.position, 1);
+        } else {
+            keyframe.pose.position = lengths(fields.get("position"));
+        }
+        keyframe.pose.rotation = rotation(fields);
+        path.keyframes.push_back(keyframe);
+    }
+    return path;
+}
+
+} // namespace
+
+Point rotate(const Quaternion &q, const Point &v)
+{
+    // v + 2 w (u x v) + 2 u x (u x v), u = (x, y, z)
+    const auto cross = [](const Point &a, const Point &b) -> Point {
+        return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    };
+    const Point u{q[0], q[1], q[2]};
+    const Point t = cross(u, v);
+    const Point s = cross(u, t);
+    return {v[0] + 2 * (q[3] * t[0] + s[0]), v[1] + 2 * (q[3] * t[1] + s[1]), v[2] + 2 * (q[3] * t[2] + s[2])};
+}
+
+Pose HandPath::at(double t) const
+{
+    const auto next = std::upper_bound(keyframes.begin(), keyframes.end(), t,
+                                       [](double time, const Keyframe &keyframe) { return time < keyframe.t; });
+    if (next == keyframes.begin()) {
+        return keyframes.front().pose;
+    }
+    if (next == keyframes.end()) {
+        return keyframes.back().pose;
+    }
+    const Keyframe &from = *(next - 1);
+    const double share = (t - from.t) / (next->t - from.t);
+    Pose result;
+    if (next->turn) {
+        result.position = turned(*next->turn, from.pose.position, share);
+    } else {
+        for (std::size_t n = 0; n < 3; ++n) {
+            result.position[n] = from.pose.position[n] + share * (next->pose.position[n] - from.pose.position[n]);
+        }
+    }
+    // Normalised linear interpolation the short way round: keyframes of a hand are near each other.
+    const Quaternion &a = from.pose.rotation, &b = next->pose.rotation;
+    const double sign = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] < 0 ? -1 : 1;
+    double square = 0;
+    for (std::size_t n = 0; n < 4; ++n) {
+        result.rotation[n] = a[n] + share * (sign * b[n] - a[n]);
+        square += result.rotation[n] * result.rotation[n];
+    }
+    for (double &x : result.rotation) {
+        x /= std::sqrt(square); // at least 1/2: the angle between a and sign * b is at most a right one
+    }
+    return result;
+}
+
+SceneFile read_scene(const std::filesystem::path &path)
+{
+    const JsonDocument document(path);
+    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling", "device",
+                                              "arm", "rate", "hand"});
+    SceneFile scene;
+    scene.path = path;
+    const JsonPlace version = object.get("scene");
+    if (const std::string text = version.string("voxshell-scene/1"); text != "voxshell-scene/1") {
+        version.refuse("\"" + text + "\" is not a version that this voxshell reads: voxshell-scene/1");
+    }
+    const JsonPlace voxel = object.get("voxel");
+    scene.voxel = positive(voxel, Dimension::length);
+    if (scene.voxel < micrometre / 1000 || scene.voxel > 1000) {
+        voxel.refuse("must be between 0.001um and 1000m");
+    }
+    const std::filesystem::path folder = path.parent_path();
+    for (const JsonPlace &item : object.get("static").items(1, 1 << 16)) {
+        scene.statics.push_back(part(item, folder));
+    }
+    scene.dynamic = part(object.get("dynamic").items(1, 1)[0], folder);
+    if (const auto found = object.find("contact")) {
+        contact(*found, scene);
+    }
+    if (const auto found = object.find("coupling")) {
+        coupling(*found, scene);
+    }
+    if (const auto found = object.find("device")) {
+        scene.device = found->string("a device, as sim:phantom-premium-1.5");
+    }
+    if (const auto found = object.find("arm")) {
+        constexpr const char *arms[] = {"free", "pen", "hand", "arm"};
+        scene.arm = arms[found->choice({"free", "pen", "hand", "arm"})];
+    }
+    if (const auto found = object.find("rate")) {
+        scene.rate = positive(*found, Dimension::frequency);
+        if (scene.rate < 10 || scene.rate > 1e5) {
+            found->refuse("must be between 10Hz and 100kHz");
+        }
+    }
+    scene.hand = hand(object.get("hand"));
+    return scene;
+}
+
+} // namespace voxshell

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The scene file (.scene.json, "voxshell-scene/1"): what stands, what moves, how it feels, and where the hand goes.
+//
+//   {
+//     "scene": "voxshell-scene/1",
+//     "voxel": "2mm",                                  edge of a cell, of both assets
+//     "static":  [{"file": "cup.glb",                  relative, inside the scene's own folder
+//                  "unit": "mm", "up": "z",            STL only / where the file is Z-up
+//                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in glTF
+//     "dynamic": [{"file": "sphere.glb"}],             exactly one
+//     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},  original|average; count|area
+//     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},               none|pt2
+//     "device": "sim:phantom-premium-1.5",
+//     "arm": "hand",                                   free|pen|hand|arm
+//     "rate": "1kHz",
+//     "hand": {"path": [
+//        {"t": "0s",   "position": ["60mm", "40mm", "0mm"], "rotation": [0, 0, 0, 1]},        straight to here
+//        {"t": "2s",   "turn": {"about": ["0mm", "40mm", "0mm"], "axis": [0, 1, 0], "angle": "90deg"}}]}   an arc
+//   }
+//
+// Only voxel, static, dynamic and hand have no default. A value with a dimension is a string with its unit.
+#pragma once
+
+#include "cli/failure.hpp"
+#include "import/scene.hpp"
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace voxshell {
+
+using Quaternion = std::array<double, 4>; ///< x y z w, unit
+
+struct Pose {
+    Point position{}; ///< [m]
+    Quaternion rotation{0, 0, 0, 1};
+};
+
+struct ScenePart {
+    std::filesystem::path file; ///< the scene's folder / what it says
+    ImportOptions import;
+    Pose pose; ///< scene from part
+};
+
+/// Where the hand is, over time: straight lines and arcs from one keyframe to the next, constant before the first
+/// and after the last.
+struct HandPath {
+    struct Keyframe {
+        double t; ///< [s], ascending
+        Pose pose;
+        /// Reached by an arc: from the last keyframe's position about `about`, by `angle` about `axis` (unit).
+        struct Turn {
+            Point about;
+            Point axis;
+            double angle; ///< [rad]
+        };
+        std::optional<Turn> turn;
+    };
+    std::vector<Keyframe> keyframes; ///< at least one
+    Pose at(double t) const;
+};
+
+enum class ContactLaw { original, average };
+enum class Weighting { count, area };
+
+struct SceneFile {
+    std::filesystem::path path;
+    double voxel = 0; ///< [m]
+    std::vector<ScenePart> statics;
+    ScenePart dynamic; ///< its pose turns the part into the frame that the device moves
+    ContactLaw law = ContactLaw::average;
+    Weighting weighting = Weighting::count;
+    double stiffness = 500; ///< count: [N/m] per point, area: [N/m^3]
+    bool filtered = true;   ///< coupling pt2, otherwise none
+    double frequency = 5;   ///< [Hz]
+    double damping = 1;
+    std::string device = "sim:phantom-premium-1.5";
+    std::string arm = "hand";
+    double rate = 1000; ///< [Hz]
+    HandPath hand;
+};
+
+/// Reads and checks all of it. Throws Failure(system) if it cannot be read, and Failure(invalid) with the place
+/// as a JSON pointer ("/static/0/pose/positon: unknown key; did you mean position?"): an unknown or doubled key,
+/// a wrong type, a wrong unit, a file outside the scene's folder, nesting deeper than 16, more than 16 MiB.
+SceneFile read_scene(const std::filesystem::path &path);
+
+/// v turned by q.
+Point rotate(const Quaternion &q, const Point &v);
+
+} // namespace voxshell
