@@ -16,6 +16,7 @@ namespace {
 // Triangles connected by manifold edges: they turn together.
 struct Patch {
     std::vector<std::uint32_t> triangles;
+    bool open = false; // has an edge that an odd number of its triangles uses
     bool turn = false;
 };
 
@@ -62,6 +63,7 @@ std::vector<Patch> make_consistent(Mesh &mesh, std::vector<std::uint8_t> &turned
     });
     std::vector<Patch> patches;
     std::vector<std::uint8_t> seen(mesh.triangles.size(), 0);
+    std::vector<std::uint32_t> patch_of(mesh.triangles.size(), 0);
     for (std::uint32_t seed = 0; seed < mesh.triangles.size(); ++seed) {
         if (seen[seed] || (e.facets[seed] != Facet::face && e.facets[seed] != Facet::plug)) continue;
         Patch &patch = patches.emplace_back();
@@ -85,13 +87,27 @@ std::vector<Patch> make_consistent(Mesh &mesh, std::vector<std::uint8_t> &turned
             if (turned[t]) turn(mesh.triangles[t]);
         }
         std::sort(patch.triangles.begin(), patch.triangles.end());
+        for (const std::uint32_t t : patch.triangles) patch_of[t] = static_cast<std::uint32_t>(patches.size() - 1);
     }
+    std::vector<std::uint32_t> users;
+    for_each_edge(e.uses, [&](const EdgeUse *first, const EdgeUse *last) {
+        users.clear();
+        for (; first != last; ++first) users.push_back(patch_of[first->triangle]);
+        std::sort(users.begin(), users.end());
+        for (std::size_t i = 0; i < users.size();) {
+            const std::size_t begin = i;
+            while (i < users.size() && users[i] == users[begin]) ++i;
+            if ((i - begin) & 1) patches[users[begin]].open = true;
+        }
+    });
     return patches;
 }
 
-// |w| behind minus |w| in front of the patch's largest faces, weighted by area: 1 where the normals
-// leave a solid, -1 where they enter it, near 0 for a sheet.
-double outwardness(const Mesh &mesh, const WindingNumber &winding, const Patch &patch, std::size_t samples)
+// |w| behind minus |w| in front of the patch's largest faces, weighted by area: 1 where the normals leave a
+// solid, -1 where they enter it, near 0 for a sheet. `rest` leaves the patch's own share out and looks farther
+// off the face: of an open piece of a larger surface it is the others that know where the solid is, for
+// the piece itself always makes |w| larger behind it.
+double outwardness(const Mesh &mesh, const WindingNumber &winding, const Patch &patch, std::size_t samples, bool rest)
 {
     std::vector<std::pair<double, std::uint32_t>> largest;
     Point n;
@@ -104,23 +120,41 @@ double outwardness(const Mesh &mesh, const WindingNumber &winding, const Patch &
         const std::uint32_t t = largest[s].second;
         const double area = twice_area(mesh, t, n, longest);
         if (!(area > 0)) break;
-        Point front{}, back{};
         double coordinate = 0;
         for (const std::uint32_t v : mesh.triangles[t])
             for (const double x : mesh.vertices[v]) coordinate = std::max(coordinate, std::abs(x));
         // Near enough to stay within a wall that is thin against the face, far enough to be beside it in double.
-        const double step =
-            std::max(1e-4 * area / longest, 64 * std::numeric_limits<double>::epsilon() * coordinate);
-        for (int i = 0; i < 3; ++i) {
-            double c = 0;
-            for (const std::uint32_t v : mesh.triangles[t]) c += mesh.vertices[v][i] / 3;
-            front[i] = c + step * n[i];
-            back[i] = c - step * n[i];
-        }
-        sum += area * (std::abs(winding.at(back)) - std::abs(winding.at(front)));
+        const double step = std::max((rest ? 0.25 : 1e-4) * area / longest,
+                                     64 * std::numeric_limits<double>::epsilon() * coordinate);
+        const auto look = [&](double side) {
+            Point at{};
+            for (int i = 0; i < 3; ++i) {
+                for (const std::uint32_t v : mesh.triangles[t]) at[i] += mesh.vertices[v][i] / 3;
+                at[i] += side * n[i];
+            }
+            double w = winding.at(at);
+            if (rest)
+                for (const std::uint32_t own : patch.triangles) {
+                    const auto &[a, b, c] = mesh.triangles[own];
+                    w -= winding_of_triangle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], at);
+                }
+            return std::abs(w);
+        };
+        sum += area * (look(-step) - look(step));
         weight += area;
     }
     return weight > 0 ? sum / weight : 0;
+}
+
+bool inward(const Mesh &mesh, const WindingNumber &winding, const Patch &patch, std::size_t samples)
+{
+    if (patch.open) {
+        constexpr double heard = 0.05; // above the winding number's error
+        const double others = outwardness(mesh, winding, patch, samples, true);
+        if (std::abs(others) > heard) return others < 0;
+    }
+    constexpr double clear = -0.5; // halfway between a sheet and a closed shell
+    return outwardness(mesh, winding, patch, samples, false) < clear;
 }
 
 } // namespace
@@ -131,19 +165,18 @@ OrientReport orient(Mesh &mesh)
     std::vector<Patch> patches = make_consistent(mesh, turned);
     // A soup of a million patches must not cost a million times fifteen looks.
     const std::size_t samples = patches.size() <= 4096 ? 15 : 1;
-    constexpr double clear = -0.5; // halfway between a sheet and a closed shell
     // A turned patch changes the winding number that its neighbours are judged by. Closed shells are settled
     // in one round; more rounds serve surfaces in pieces (cracks, non-manifold edges).
     constexpr int rounds = 4;
     for (int round = 0; round < rounds; ++round) {
         const WindingNumber winding(mesh);
-        std::vector<std::uint8_t> inward(patches.size(), 0);
+        std::vector<std::uint8_t> wrong(patches.size(), 0);
         tbb::parallel_for(std::size_t{0}, patches.size(), [&](std::size_t p) {
-            inward[p] = outwardness(mesh, winding, patches[p], samples) < clear;
+            wrong[p] = inward(mesh, winding, patches[p], samples);
         });
         bool changed = false;
         for (std::size_t p = 0; p < patches.size(); ++p) {
-            if (!inward[p]) continue;
+            if (!wrong[p]) continue;
             changed = true;
             patches[p].turn = !patches[p].turn;
             for (const std::uint32_t t : patches[p].triangles) {

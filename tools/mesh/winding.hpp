@@ -10,7 +10,7 @@
 namespace voxshell {
 
 /// Winding number of `mesh` at many points: 1 inside a closed outward mesh, -1 inside an inverted one,
-/// 0 outside, fractions near holes. Far clusters of triangles count as their dipole: error below 0.01 (tested).
+/// 0 outside, fractions near holes, on a face the mean of both sides. Far clusters of triangles count by their first three moments: error below 0.01 (tested).
 /// Deterministic; `at` is thread-safe.
 class WindingNumber {
 public:
@@ -24,5 +24,8 @@ private:
     struct Tree;
     Tree *tree_ = nullptr;
 };
+
+/// One triangle's share of the winding number at `point`, exactly: its solid angle / 4 pi, in [-1/2, 1/2].
+double winding_of_triangle(const Point &a, const Point &b, const Point &c, const Point &point);
 
 } // namespace voxshell
