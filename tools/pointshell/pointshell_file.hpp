@@ -13,7 +13,7 @@ namespace voxshell {
 struct PointshellFile {
     Shell shell; ///< ShellPoint::brick and ::cell are not stored: 0 after reading
     Sha256 source_hash{};
-    std::string meta;
+    std::string meta = "{}"; ///< the META section's JSON text
 };
 
 std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file);
