@@ -31,10 +31,20 @@ public:
     std::string file; ///< may be empty
 };
 
+/// The exception that is being handled as a Failure: itself, or what no memory, a file system error or a bug is
+/// called. To be used in a catch block.
+Failure current_failure();
+
 /// A thing worth telling that did not stop the work; listed in the report.
 struct Warning {
     std::string code; ///< stable, lower-case with dashes: "open-mesh"
     std::string message;
 };
+
+/// `voxshell VERB: error: FILE: WHAT` (one line, whatever a library said) on stderr; verb may be empty.
+void tell_failure(const std::string &verb, const Failure &failure);
+
+/// `voxshell VERB: warning: FILE: MESSAGE` on stderr.
+void tell_warning(const std::string &verb, const std::string &file, const Warning &warning);
 
 } // namespace voxshell

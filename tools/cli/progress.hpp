@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string_view>
 
 namespace voxshell {
@@ -19,5 +20,17 @@ public:
     /// Call at least every 50 ms of work: throws Failure(ExitCode::interrupted) after ^C.
     virtual void check() {}
 };
+
+enum class ProgressMode { automatic, always, never, json }; ///< automatic: only where stderr is a terminal
+
+/// Progress on stderr: a line that rewrites itself with the time left of the stage, or one JSON object a line
+/// (`{"stage":"voxelise","done":512,"total":4096}`). Its check() notices ^C even where nothing is shown.
+std::unique_ptr<Progress> make_progress(ProgressMode mode, bool quiet);
+
+/// From now on SIGINT and SIGTERM are remembered for check() instead of ending the process; a second one ends it.
+void catch_interrupts();
+
+/// True if text on this file descriptor may be coloured: a terminal, and no NO_COLOR.
+bool may_colour(int descriptor);
 
 } // namespace voxshell

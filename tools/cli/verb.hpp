@@ -5,6 +5,7 @@
 #include "cli/failure.hpp"
 
 #include <functional>
+#include <span>
 
 namespace CLI {
 class App;
@@ -19,8 +20,11 @@ using VerbAction = std::function<ExitCode()>;
 struct Verb {
     const char *name;
     const char *summary; ///< one line for --help
+    const char *example; ///< one or two command lines, printed first by --help
     VerbAction (*add)(CLI::App &);
 };
+
+std::span<const Verb> verbs();
 
 VerbAction add_convert(CLI::App &);
 VerbAction add_inspect(CLI::App &);

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell.
+#include "cli/options.hpp"
+#include "cli/run_report.hpp"
+#include "cli/verb.hpp"
+#include "pipeline/estimate.hpp"
+#include "pipeline/output.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+
+#include <unistd.h>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+struct ConvertOptions : SharedOptions {
+    std::vector<std::string> inputs;
+    std::string folder, up = "y", shell = "exact";
+    double voxel = 0;
+};
+
+/// What an input is, decided by its ending alone.
+enum class InputKind { stl, gltf };
+
+struct Input {
+    fs::path path;
+    InputKind kind;
+    std::string name; ///< of its outputs
+};
+
+Input input_of(const std::string &text)
+{
+    const fs::path path(text);
+    std::string name = path.filename().string();
+    const std::size_t dot = name.rfind('.');
+    std::string ending = dot == std::string::npos ? "" : name.substr(dot);
+    for (char &c : ending)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    if (dot != std::string::npos) name.resize(dot);
+    if (name.empty()) throw Failure(ExitCode::usage, text, "has no name before its ending");
+    if (ending == ".stl") return {path, InputKind::stl, name};
+    if (ending == ".gltf" || ending == ".glb") return {path, InputKind::gltf, name};
+    throw Failure(ExitCode::unsupported, text,
+                  ending.empty() ? "has no ending; .stl, .gltf or .glb is needed"
+                                 : fmt::format("the ending '{}' is not one of .stl, .gltf, .glb", ending));
+}
+
+std::vector<Input> inputs_of(const ConvertOptions &o)
+{
+    std::vector<Input> inputs;
+    std::map<std::string, std::string> names;
+    bool stl = false;
+    for (const std::string &text : o.inputs) {
+        inputs.push_back(input_of(text));
+        const Input &input = inputs.back();
+        const auto [other, is_new] = names.emplace(input.name, text);
+        if (!is_new)
+            throw Failure(ExitCode::usage, text, fmt::format("and {} would both write {}.voxmap", other->second, input.name));
+        stl |= input.kind == InputKind::stl;
+        if (input.kind == InputKind::stl && o.unit.empty())
+            throw Failure(ExitCode::usage, text, "an STL file has no unit; say --unit mm (or cm, m, in)");
+    }
+    if (!o.unit.empty() && !stl) throw Failure(ExitCode::usage, "", "--unit: only for STL, glTF is in metres");
+    return inputs;
+}
+
+/// Refuses now what could not be written after minutes of work.
+void check_writable(const fs::path &path)
+{
+    fs::path at = path.empty() ? fs::path(".") : path;
+    std::error_code ignored;
+    while (!fs::exists(at, ignored) && at.has_parent_path() && at != at.parent_path()) at = at.parent_path();
+    if (!fs::exists(at, ignored)) at = ".";
+    if (!fs::is_directory(at)) throw Failure(ExitCode::system, at.string(), "is not a folder");
+    if (access(at.c_str(), W_OK | X_OK) != 0) throw Failure(ExitCode::system, at.string(), "no permission to write here");
+}
+
+class Convert {
+public:
+    explicit Convert(const ConvertOptions &o)
+        : o_(o), progress_(make_progress(o.progress, o.quiet)), report_(o.reproducible)
+    {
+    }
+
+    ExitCode run()
+    {
+        const std::vector<Input> inputs = inputs_of(o_);
+        check_writable(o_.folder);
+        if (!o_.report.empty()) check_writable(fs::path(o_.report).parent_path());
+        report_.options({{"voxel_m", o_.voxel},
+                         {"unit", o_.unit.empty() ? json(nullptr) : json(o_.unit)},
+                         {"up", o_.up},
+                         {"shell", o_.shell},
+                         {"strict", o_.strict},
+                         {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}});
+        ExitCode worst = ExitCode::ok;
+        for (const Input &input : inputs) {
+            try {
+                o_.dry_run ? foresee(input) : convert(input);
+            } catch (...) {
+                Failure failure = current_failure();
+                if (failure.file.empty() && failure.code != ExitCode::interrupted) failure.file = input.path.string();
+                if (failure.code == ExitCode::interrupted) throw failure;
+                report_.failed(input.path, failure);
+                worst = std::max(worst, failure.code);
+                tell_failure("convert", failure);
+            }
+        }
+        progress_.reset();
+        if (o_.dry_run) {
+            if (o_.json) fmt::print("{}", json_text(foreseen_));
+            return worst;
+        }
+        const std::string text = report_.text();
+        if (!o_.report.empty()) write_report(o_.report, text, o_.force);
+        if (o_.json) fmt::print("{}", text);
+        return worst;
+    }
+
+private:
+    Scene read(const Input &input)
+    {
+        progress_->stage("read", 0);
+        ImportOptions import = import_options(input);
+        Scene scene = import_scene(input.path, import);
+        scene.name = input.name;
+        progress_->check();
+        return scene;
+    }
+
+    ImportOptions import_options(const Input &input) const
+    {
+        ImportOptions import;
+        if (input.kind == InputKind::stl) import.unit = parse_unit(o_.unit);
+        import.z_up = o_.up == "z";
+        return import;
+    }
+
+    void convert(const Input &input)
+    {
+        const Scene scene = read(input);
+        PartOptions options;
+        options.voxel = o_.voxel;
+        options.shell = o_.shell == "naive" ? ShellKind::naive : ShellKind::exact;
+        options.import = import_options(input);
+        options.strict = o_.strict;
+        options.max_memory = o_.max_memory.value_or(0);
+        const Part part = convert_part(scene, options, *progress_);
+
+        Outputs outputs(o_.force);
+        const fs::path base = fs::path(o_.folder) / input.name;
+        const std::pair<const char *, const std::vector<std::uint8_t> *> files[] = {
+            {".vdb", &part.vdb}, {".voxmap", &part.voxmap}, {".pointshell", &part.pointshell}};
+        for (const auto &[ending, bytes] : files) outputs.add(base.string() + ending, *bytes);
+        progress_->check(); // the last chance: from here on the files are there
+        outputs.commit();
+
+        report_.input(input.path, scene.source_hash);
+        report_.part(part, o_.voxel);
+        for (const auto &[ending, bytes] : files) report_.output(base.string() + ending, *bytes);
+        warn(input, part.warnings);
+        if (!o_.json) tell(input, part, base.string());
+    }
+
+    void tell(const Input &input, const Part &part, const std::string &base) const
+    {
+        std::string solid = part.mesh.closed ? fmt::format("closed, {:.6g} cm3", part.mesh.volume * 1e6) : "open";
+        fmt::print("{}: {} triangles, {}, {:.6g} cm2\n", input.path.filename().string(), format_count(part.mesh.triangles),
+                   solid, part.mesh.area * 1e4);
+        fmt::print("  cells   {} surface, {} interior of {}\n", format_count(part.surface_cells),
+                   format_count(part.interior_cells), format_length(o_.voxel));
+        fmt::print("  points  {}, gap at most {:.3f} voxels, at most {} off the surface\n", format_count(part.points),
+                   part.gap_max / o_.voxel, format_length(part.surface_error));
+        fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({})\n", base, format_size(part.vdb.size()),
+                   format_size(part.voxmap.size()), format_size(part.pointshell.size()));
+        std::fflush(stdout);
+    }
+
+    void foresee(const Input &input)
+    {
+        const Scene scene = read(input);
+        const Mesh mesh = flatten(scene);
+        warn(input, scene.warnings);
+        const Estimate e = estimate(mesh, o_.voxel);
+        check_budget(mesh, o_.voxel, o_.max_memory.value_or(machine_memory()));
+        foreseen_["estimates"].push_back({{"name", input.name},
+                                          {"triangles", mesh.triangles.size()},
+                                          {"surface_cells", std::llround(e.surface_cells)},
+                                          {"memory_bytes", std::llround(e.memory_bytes)},
+                                          {"file_bytes", std::llround(e.file_bytes)},
+                                          {"seconds", e.seconds}});
+        if (!o_.json)
+            fmt::print("{}: {} triangles, about {:.2g} surface cells, {} of memory, {} of files, {:.2g} s\n",
+                       input.path.filename().string(), format_count(mesh.triangles.size()), e.surface_cells,
+                       format_size(static_cast<std::uint64_t>(e.memory_bytes)),
+                       format_size(static_cast<std::uint64_t>(e.file_bytes)), e.seconds);
+    }
+
+    void warn(const Input &input, const std::vector<Warning> &warnings)
+    {
+        for (const Warning &warning : warnings) {
+            report_.warning({warning.code, input.name + ": " + warning.message});
+            if (!o_.quiet) tell_warning("convert", input.path.string(), warning);
+        }
+    }
+
+    const ConvertOptions &o_;
+    std::unique_ptr<Progress> progress_;
+    RunReport report_;
+    json foreseen_ = {{"schema", "voxshell-estimate/1"}, {"version", tool_version()}, {"estimates", json::array()}};
+};
+
+} // namespace
+
+VerbAction add_convert(CLI::App &verb)
+{
+    auto o = std::make_shared<ConvertOptions>();
+    verb.add_option("INPUT", o->inputs, "parts: .stl, .gltf or .glb; each makes NAME.vdb, NAME.voxmap, NAME.pointshell")->required();
+    verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")->required()->type_name("DIR");
+    add_length(verb, "--voxel", o->voxel,
+               "edge of a cell, with its unit as in 0.5mm, 2e-4m (no default; 1e-12m to 1e6m; um, mm, cm, m, in)")->required();
+    verb.add_option("--up", o->up, "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
+        ->check(CLI::IsMember({"y", "z"}))->type_name("AXIS");
+    verb.add_option("--shell", o->shell, "points: exact (on the surface) or naive (centres of cells) (default exact)")
+        ->check(CLI::IsMember({"exact", "naive"}))->type_name("KIND");
+    add_shared(verb, *o,
+               {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict, Shared::force, Shared::format,
+                Shared::report, Shared::reproducible, Shared::progress, Shared::quiet});
+    return [o] {
+        const JobLimit jobs(o->jobs);
+        return Convert(*o).run();
+    };
+}
+
+} // namespace voxshell

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/run_report.hpp"
+
+#include "pipeline/estimate.hpp"
+#include "pipeline/output.hpp"
+
+#include <fstream>
+
+namespace voxshell {
+
+using json = nlohmann::ordered_json;
+
+RunReport::RunReport(bool reproducible)
+    : reproducible_(reproducible),
+      json_({{"schema", "voxshell-report/1"},
+             {"version", tool_version()},
+             {"options", json::object()},
+             {"inputs", json::array()},
+             {"parts", json::array()},
+             {"outputs", json::array()},
+             {"warnings", json::array()},
+             {"failed", json::array()}})
+{
+}
+
+std::string RunReport::shown(const std::filesystem::path &path) const
+{
+    return reproducible_ ? path.filename().string() : path.string();
+}
+
+void RunReport::options(json effective)
+{
+    json_["options"] = std::move(effective);
+}
+
+void RunReport::input(const std::filesystem::path &path, const Sha256 &hash)
+{
+    json_["inputs"].push_back({{"path", shown(path)}, {"sha256", hex(hash)}});
+}
+
+void RunReport::part(const Part &part, double voxel)
+{
+    json leak = nullptr;
+    if (part.cells.leak)
+        leak = {{"at_m", part.cells.leak->at}, {"winding", part.cells.leak->winding}, {"cells", part.cells.leak->cells}};
+    json_["parts"].push_back({{"name", part.name},
+                              {"triangles", part.mesh.triangles},
+                              {"degenerate", part.mesh.degenerate},
+                              {"closed", part.mesh.closed},
+                              {"oriented", part.mesh.oriented},
+                              {"area_m2", part.mesh.area},
+                              {"volume_m3", part.mesh.volume},
+                              {"surface_cells", part.surface_cells},
+                              {"interior_cells", part.interior_cells},
+                              {"points", part.points},
+                              {"gap_max_h", part.gap_max / voxel},
+                              {"surface_error_max_m", part.surface_error},
+                              {"leak", leak}});
+}
+
+void RunReport::output(const std::filesystem::path &path, std::span<const std::uint8_t> bytes)
+{
+    json_["outputs"].push_back({{"path", shown(path)}, {"bytes", bytes.size()}, {"sha256", hex(sha256(bytes))}});
+}
+
+void RunReport::warning(const Warning &warning)
+{
+    json_["warnings"].push_back({{"code", warning.code}, {"message", warning.message}});
+}
+
+void RunReport::failed(const std::filesystem::path &path, const Failure &failure)
+{
+    json_["failed"].push_back(
+        {{"path", shown(path)}, {"code", static_cast<int>(failure.code)}, {"message", failure.what()}});
+}
+
+std::string RunReport::text() const
+{
+    json out = json_;
+    if (!reproducible_) {
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin_;
+        out["cost"] = {{"seconds", spent.count()}, {"peak_rss_bytes", peak_memory()}};
+    }
+    return json_text(out);
+}
+
+void write_report(const std::filesystem::path &path, const std::string &text, bool force)
+{
+    std::error_code ignored;
+    if (!force && std::filesystem::is_regular_file(path, ignored)) {
+        std::ifstream file(path, std::ios::binary);
+        std::string head(64, '\0');
+        file.read(head.data(), static_cast<std::streamsize>(head.size()));
+        force = head.find("\"schema\": \"voxshell-report/") != std::string::npos;
+    }
+    Outputs outputs(force);
+    outputs.add(path, text);
+    outputs.commit();
+}
+
+std::string json_text(const json &value)
+{
+    return value.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+} // namespace voxshell

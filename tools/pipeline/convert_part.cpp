@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/convert_part.hpp"
+
+#include "pipeline/estimate.hpp"
+#include "pointshell/pointshell_file.hpp"
+#include "voxmap/vdb.hpp"
+#include "voxmap/voxmap_file.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace voxshell {
+namespace {
+
+/// META: what the file was made with, and nothing of when, where or by whom.
+std::string meta(const std::string &name, const PartOptions &options, bool shell)
+{
+    nlohmann::ordered_json effective = {{"voxel_m", options.voxel},
+                                        {"unit_m", options.import.unit ? nlohmann::ordered_json(*options.import.unit) : nullptr},
+                                        {"up", options.import.z_up ? "z" : "y"}};
+    if (shell) effective["shell"] = options.shell == ShellKind::exact ? "exact" : "naive";
+    return nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}, {"options", effective}}.dump();
+}
+
+/// Facts about the mesh that a user wants to hear; with --strict, those that call for a guess end the work.
+class Judge {
+public:
+    Judge(bool strict, std::vector<Warning> &warnings) : strict_(strict), warnings_(warnings) {}
+
+    void tell(const char *code, const std::string &message) { warnings_.push_back({code, message}); }
+
+    void guess(const char *code, const std::string &message)
+    {
+        if (strict_) throw Failure(ExitCode::requirement, "", message + " (--strict)");
+        tell(code, message);
+    }
+
+private:
+    bool strict_;
+    std::vector<Warning> &warnings_;
+};
+
+void judge_mesh(const MeshReport &mesh, Judge &judge)
+{
+    if (!mesh.closed)
+        judge.guess("open-mesh", fmt::format("open mesh: {} boundary edges; where it does not enclose cells there is "
+                                             "surface only, no interior", mesh.boundary_edges));
+    if (mesh.degenerate) judge.tell("degenerate", fmt::format("{} triangles without area", mesh.degenerate));
+    if (mesh.duplicate) judge.tell("duplicate", fmt::format("{} triangles occur again", mesh.duplicate));
+    if (mesh.non_manifold_edges)
+        judge.tell("non-manifold", fmt::format("{} edges are shared by three or more triangles", mesh.non_manifold_edges));
+}
+
+void judge_orientation(const OrientReport &orient, Judge &judge)
+{
+    if (orient.shells_flipped)
+        judge.guess("flipped-shells", fmt::format("{} inside-out shells were turned outwards", orient.shells_flipped));
+    else if (orient.flipped)
+        judge.guess("flipped-triangles", fmt::format("{} wrongly wound triangles were turned outwards", orient.flipped));
+}
+
+} // namespace
+
+Part convert_part(const Scene &scene, const PartOptions &options, Progress &progress)
+{
+    Part part;
+    part.name = scene.name;
+    part.warnings = scene.warnings;
+    Judge judge(options.strict, part.warnings);
+
+    progress.stage("mesh", 0);
+    Mesh mesh = flatten(scene);
+    check_budget(mesh, options.voxel, options.max_memory ? options.max_memory : machine_memory());
+    part.mesh = report(mesh);
+    judge_mesh(part.mesh, judge);
+    progress.check();
+    part.orient = orient(mesh);
+    judge_orientation(part.orient, judge);
+    if (part.orient.flipped || part.orient.shells_flipped) part.mesh.volume = report(mesh).volume;
+    progress.check();
+
+    const LatticeMesh lattice = snap(mesh, options.voxel);
+    const BrickTriangles binned = bin_triangles(lattice, progress);
+    Cells cells = voxelize(lattice, binned, progress);
+    {
+        const WindingNumber winding(mesh);
+        progress.check();
+        part.cells = classify(cells, winding, progress);
+    }
+    mesh = {};
+    cells.closed = part.mesh.closed;
+    if (part.cells.leak) {
+        const Leak &leak = *part.cells.leak;
+        judge.guess("leak", fmt::format("the part leaks: outside cells lie within it (winding number {:.2f}), one at "
+                                        "({:.6g}, {:.6g}, {:.6g}) m; close the hole there or use a larger voxel",
+                                        leak.winding, leak.at[0], leak.at[1], leak.at[2]));
+    }
+    const Shell shell = make_shell(lattice, binned, cells, options.shell, progress);
+    part.surface_cells = cells.surface_cells;
+    part.interior_cells = cells.interior_cells;
+    part.points = shell.points.size();
+    part.gap_max = shell.gap_max;
+    part.surface_error = shell.surface_error;
+    if (part.gap_max > 3 * options.voxel * (1 + 1e-6))
+        judge.tell("gap", fmt::format("points of adjacent cells are up to {:.3f} voxels apart (bound: 3)",
+                                      part.gap_max / options.voxel));
+
+    progress.stage("write", 3);
+    const std::string map_meta = meta(scene.name, options, false);
+    part.vdb = vdb_bytes(cells, scene.source_hash, map_meta);
+    progress.advance(1);
+    progress.check();
+    part.voxmap = voxmap_bytes({std::move(cells), scene.source_hash, map_meta});
+    progress.advance(1);
+    progress.check();
+    part.pointshell = pointshell_bytes({shell, scene.source_hash, meta(scene.name, options, true)});
+    progress.advance(1);
+    return part;
+}
+
+const char *tool_version()
+{
+    return VOXSHELL_VERSION;
+}
+
+} // namespace voxshell

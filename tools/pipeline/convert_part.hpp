@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One part's way from triangles to asset files: the only place that knows the order.
+#pragma once
+
+#include "cli/progress.hpp"
+#include "import/scene.hpp"
+#include "mesh/orient.hpp"
+#include "mesh/report.hpp"
+#include "pointshell/shell.hpp"
+#include "voxmap/classify.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace voxshell {
+
+struct PartOptions {
+    double voxel = 0; ///< edge of a cell [m]
+    ShellKind shell = ShellKind::exact;
+    ImportOptions import;         ///< how the scene was read; the files record it
+    bool strict = false;          ///< an open, leaking or wrongly wound mesh is a Failure(requirement), not a warning
+    std::uint64_t max_memory = 0; ///< [bytes]; 0: the machine's
+};
+
+struct Part {
+    std::string name;
+    MeshReport mesh;        ///< of the mesh as it came; `volume` after it was turned outwards
+    OrientReport orient;
+    Classification cells;   ///< what filling found; `leak` where the outside leaks in
+    std::uint64_t surface_cells = 0, interior_cells = 0, points = 0;
+    double gap_max = 0;       ///< [m]
+    double surface_error = 0; ///< [m]
+    std::vector<Warning> warnings;
+    std::vector<std::uint8_t> vdb, voxmap, pointshell; ///< the files' bytes: a pure function of input and options
+};
+
+/// Throws Failure: requirement (--strict, memory, limits of the formats), interrupted.
+Part convert_part(const Scene &scene, const PartOptions &options, Progress &progress);
+
+/// Version of the tools, as in META sections and reports.
+const char *tool_version();
+
+} // namespace voxshell

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/estimate.hpp"
+
+#include "cli/options.hpp"
+#include "voxshell/format/pointshell.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace voxshell {
+namespace {
+
+/// What of the mesh the estimate depends on, so that many voxel sizes can be tried.
+struct Extent {
+    double area = 0; ///< sum of |x| + |y| + |z| of the triangles' area vectors [m^2]
+    double edge = 0; ///< sum over triangles of half the 1-norm of their edges [m]
+    double span = 0; ///< largest extent of the box [m]
+    double triangles = 0, vertices = 0;
+};
+
+Extent extent(const Mesh &mesh)
+{
+    Extent out;
+    Point low = mesh.vertices.empty() ? Point{} : mesh.vertices[0], high = low;
+    for (const Point &p : mesh.vertices)
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            low[axis] = std::min(low[axis], p[axis]);
+            high[axis] = std::max(high[axis], p[axis]);
+        }
+    for (std::size_t axis = 0; axis < 3; ++axis) out.span = std::max(out.span, high[axis] - low[axis]);
+    for (const Triangle &t : mesh.triangles) {
+        const Point &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        double u[3], v[3];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            u[axis] = b[axis] - a[axis];
+            v[axis] = c[axis] - a[axis];
+            out.edge += (std::abs(u[axis]) + std::abs(v[axis]) + std::abs(c[axis] - b[axis])) / 2;
+        }
+        out.area += (std::abs(u[1] * v[2] - u[2] * v[1]) + std::abs(u[2] * v[0] - u[0] * v[2]) +
+                     std::abs(u[0] * v[1] - u[1] * v[0])) / 2;
+    }
+    out.triangles = static_cast<double>(mesh.triangles.size());
+    out.vertices = static_cast<double>(mesh.vertices.size());
+    return out;
+}
+
+Estimate estimate(const Extent &e, double voxel)
+{
+    const double brick = 8 * voxel;
+    Estimate out;
+    out.surface_cells = std::max(e.area / (voxel * voxel), e.span / voxel) + 1;
+    out.pairs = e.area / (brick * brick) + e.edge / brick + e.triangles;
+    const double bricks = std::min(out.pairs, out.surface_cells / 24 + 1);
+    // Measured on parts of 10^3 to 10^6 triangles and 10^4 to 10^7 cells, rounded up.
+    out.memory_bytes = 48e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs + 160 * out.surface_cells + 4096 * bricks;
+    out.file_bytes = 8192 + 34 * out.surface_cells + 400 * bricks;
+    out.seconds = 0.02 + 6e-6 * e.triangles + 2e-6 * out.pairs + 1.5e-6 * out.surface_cells;
+    return out;
+}
+
+bool fits(const Estimate &e, double budget)
+{
+    return e.memory_bytes <= budget && e.surface_cells <= double{VXS_POINTSHELL_MAX_POINTS};
+}
+
+} // namespace
+
+Estimate estimate(const Mesh &mesh, double voxel)
+{
+    return estimate(extent(mesh), voxel);
+}
+
+void check_budget(const Mesh &mesh, double voxel, std::uint64_t budget)
+{
+    const Extent e = extent(mesh);
+    const Estimate need = estimate(e, voxel);
+    const double limit = static_cast<double>(budget);
+    if (fits(need, limit)) return;
+    double low = voxel, high = voxel; // fits at `high`
+    while (!fits(estimate(e, high), limit) && high < 1e9) high *= 2;
+    const std::string what =
+        fmt::format("voxel {} makes about {:.2g} surface cells and needs about {:.1f} GiB of memory, {:.1f} GiB are allowed",
+                    format_length(voxel), need.surface_cells, need.memory_bytes / (1 << 30), limit / (1 << 30));
+    if (high >= 1e9) throw Failure(ExitCode::requirement, "", what + "; no voxel is large enough, raise --max-memory");
+    for (int step = 0; step < 40; ++step) {
+        const double middle = std::sqrt(low * high);
+        (fits(estimate(e, middle), limit) ? high : low) = middle;
+    }
+    const double unit = std::pow(10.0, std::floor(std::log10(high)) - 1); // two digits, rounded up
+    throw Failure(ExitCode::requirement, "",
+                  what + "; the smallest voxel that fits is " + format_length(std::ceil(high / unit) * unit));
+}
+
+std::uint64_t machine_memory()
+{
+    std::uint64_t bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    rlimit limit = {};
+    if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+        bytes = std::min<std::uint64_t>(bytes, limit.rlim_cur);
+    return bytes;
+}
+
+std::uint64_t peak_memory()
+{
+    rusage usage = {};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+} // namespace voxshell

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/output.hpp"
+
+#include "cli/failure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path &path, int error)
+{
+    throw Failure(ExitCode::system, path.string(), std::strerror(error));
+}
+
+class Descriptor {
+public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    ~Descriptor() { close(); }
+    Descriptor(const Descriptor &) = delete;
+    Descriptor &operator=(const Descriptor &) = delete;
+    int get() const { return fd_; }
+    int close()
+    {
+        const int fd = fd_;
+        fd_ = -1;
+        return fd < 0 ? 0 : ::close(fd);
+    }
+
+private:
+    int fd_;
+};
+
+bool same_content(const fs::path &path, std::span<const std::uint8_t> bytes)
+{
+    const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    struct stat status = {};
+    if (file.get() < 0 || fstat(file.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != bytes.size())
+        return false;
+    std::vector<std::uint8_t> block(std::min<std::size_t>(bytes.size(), 1 << 20));
+    for (std::size_t at = 0; at < bytes.size();) {
+        const ssize_t got = read(file.get(), block.data(), std::min(block.size(), bytes.size() - at));
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0 || std::memcmp(block.data(), bytes.data() + at, static_cast<std::size_t>(got)) != 0) return false;
+        at += static_cast<std::size_t>(got);
+    }
+    return true;
+}
+
+void write_all(const fs::path &path, int fd, std::span<const std::uint8_t> bytes)
+{
+    for (std::size_t at = 0; at < bytes.size();) {
+        const ssize_t put = write(fd, bytes.data() + at, std::min<std::size_t>(bytes.size() - at, 1 << 24));
+        if (put < 0 && errno != EINTR) fail(path, errno);
+        if (put > 0) at += static_cast<std::size_t>(put);
+    }
+}
+
+void sync_folder(const fs::path &folder)
+{
+    const Descriptor fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (fd.get() >= 0) fsync(fd.get()); // some file systems cannot; the rename is in order all the same
+}
+
+fs::path folder_of(const fs::path &path)
+{
+    return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+} // namespace
+
+void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes)
+{
+    const fs::path folder = folder_of(path);
+    std::vector<fs::path> missing;
+    for (fs::path at = folder; !at.empty() && !fs::exists(at); at = at.parent_path()) missing.push_back(at);
+    for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
+        if (mkdir(at->c_str(), 0777) == 0) made_folders_.push_back(*at);
+        else if (errno != EEXIST) fail(*at, errno);
+    }
+    if (!fs::is_directory(folder)) throw Failure(ExitCode::system, folder.string(), "is not a folder");
+
+    std::error_code ignored;
+    const fs::file_status there = fs::status(path, ignored);
+    if (fs::exists(there)) {
+        if (!fs::is_regular_file(there)) throw Failure(ExitCode::system, path.string(), "exists and is not a file");
+        if (same_content(path, bytes)) {
+            pending_.push_back({{}, path});
+            return;
+        }
+        if (!force_)
+            throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
+    }
+
+    static std::atomic<unsigned> serial{0};
+    const fs::path temporary =
+        folder / fmt::format(".{}.{}-{}.tmp", path.filename().string(), getpid(), serial++);
+    Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.get() < 0) fail(path, errno);
+    pending_.push_back({temporary, path});
+    write_all(path, file.get(), bytes);
+    if (fsync(file.get()) != 0) fail(path, errno);
+    if (file.close() != 0) fail(path, errno);
+}
+
+void Outputs::add(const fs::path &path, const std::string &text)
+{
+    add(path, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
+}
+
+void Outputs::commit()
+{
+    for (Pending &each : pending_) {
+        if (each.temporary.empty()) continue;
+        if (std::rename(each.temporary.c_str(), each.target.c_str()) != 0) fail(each.target, errno);
+        each.temporary.clear();
+    }
+    std::vector<fs::path> folders;
+    for (const Pending &each : pending_) folders.push_back(folder_of(each.target));
+    std::sort(folders.begin(), folders.end());
+    folders.erase(std::unique(folders.begin(), folders.end()), folders.end());
+    for (const fs::path &folder : folders) sync_folder(folder);
+    pending_.clear();
+    made_folders_.clear();
+}
+
+Outputs::~Outputs()
+{
+    for (const Pending &each : pending_)
+        if (!each.temporary.empty()) unlink(each.temporary.c_str());
+    for (auto at = made_folders_.rbegin(); at != made_folders_.rend(); ++at) rmdir(at->c_str()); // only if empty
+}
+
+} // namespace voxshell
