@@ -1,0 +1,42 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# The main job from nothing: installs what is missing, builds, turns CAD files into haptic assets, feels them on a
+# simulated device, and says where the traces and pictures are. Quick the second time. Any folder will do.
+set -eu
+. "$(dirname "$0")/../tests/setup.sh"
+
+install_packages
+build_in release release
+
+samples=$root/build/release/samples
+out=$root/build/demo
+PATH=$root/build/release/bin:$PATH
+mkdir -p "$out"
+
+say "cup and sphere from glTF (metres) and from STL (millimetres)"
+voxshell convert "$samples/cup.glb" "$samples/sphere.glb" --voxel 2mm -o "$out/glb" --force
+voxshell convert "$samples/cup.stl" "$samples/sphere.stl" --unit mm --voxel 2mm -o "$out/stl" --force
+voxshell verify "$out/glb"
+voxshell verify "$out/stl"
+
+assembly=${VOXSHELL_DATA:-$root/../shared/data}/cad/cookiefactory_watertank.glb
+if [ -f "$assembly" ]; then
+    say "a water tank skid as its makers drew it: 21 instances of 19 parts"
+    voxshell convert "$assembly" --voxel 5mm -o "$out/assembly" --force
+    voxshell verify "$out/assembly"
+fi
+
+for scene in cup_press cup_slide; do
+    say "$scene on the simulated Phantom"
+    voxshell convert "$samples/$scene.scene.json" -o "$out/$scene" --force
+    voxshell simulate "$samples/$scene.scene.json" --assets "$out/$scene" \
+        --trace "$out/$scene.csv" --plot "$out/$scene.svg" --force
+    voxshell simulate "$samples/$scene.scene.json" --assets "$out/$scene" --plot "$out/$scene.png" --force --quiet >"$out/$scene.txt"
+done
+
+say "traces   $out/cup_press.csv $out/cup_slide.csv"
+echo "   pictures $out/cup_press.svg $out/cup_slide.svg (and .png)"
+awk -F, 'NR == 1 { for (n = 1; n <= NF; n++) column[$n] = n; next }
+    { f = 0; for (a = 0; a < 3; a++) { x = $column["output_f" substr("xyz", a + 1, 1) "_n"]; f += x * x }
+      if (f > peak) peak = f }
+    END { printf "   peak force at the hand, pressing the cup: %.3f N\n", sqrt(peak) }' "$out/cup_press.csv"

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/convert_scene.hpp"
+
+#include "container/container.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+
+namespace voxshell {
+namespace {
+
+/// Scene from part, 3 x 4 row-major.
+std::array<double, 12> matrix(const Pose &pose)
+{
+    std::array<double, 12> m{};
+    for (std::size_t column = 0; column < 3; ++column) {
+        Point axis{};
+        axis[column] = 1;
+        const Point turned = rotate(pose.rotation, axis);
+        for (std::size_t row = 0; row < 3; ++row) {
+            m[4 * row + column] = turned[row];
+        }
+    }
+    for (std::size_t row = 0; row < 3; ++row) {
+        m[4 * row + 3] = pose.position[row];
+    }
+    return m;
+}
+
+std::array<double, 12> product(const std::array<double, 12> &a, const std::array<double, 12> &b)
+{
+    std::array<double, 12> m{};
+    for (std::size_t row = 0; row < 3; ++row) {
+        for (std::size_t column = 0; column < 4; ++column) {
+            double sum = column == 3 ? a[4 * row + 3] : 0;
+            for (std::size_t n = 0; n < 3; ++n) {
+                sum += a[4 * row + n] * b[4 * n + column];
+            }
+            m[4 * row + column] = sum;
+        }
+    }
+    return m;
+}
+
+void update(Sha256Stream &hash, double value)
+{
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    std::array<std::uint8_t, 8> bytes;
+    for (std::size_t n = 0; n < bytes.size(); ++n) {
+        bytes[n] = static_cast<std::uint8_t>(bits >> 8 * n);
+    }
+    hash.update(bytes);
+}
+
+/// All parts of one half as one scene.
+Scene gather(const std::string &name, const std::vector<ScenePart> &parts)
+{
+    Scene all;
+    all.name = name;
+    Sha256Stream hash;
+    for (const ScenePart &part : parts) {
+        Scene scene = import_scene(part.file, part.import);
+        hash.update(scene.source_hash);
+        update(hash, part.import.unit.value_or(0));
+        update(hash, part.import.z_up);
+        for (const double x : part.pose.position) {
+            update(hash, x);
+        }
+        for (const double x : part.pose.rotation) {
+            update(hash, x);
+        }
+        const auto pose = matrix(part.pose);
+        const auto first = static_cast<std::uint32_t>(all.meshes.size());
+        const std::string prefix = fmt::format("/{}:{}", &part - parts.data(), scene.name);
+        for (Instance &instance : scene.instances) {
+            all.instances.push_back({prefix + instance.name, first + instance.mesh, product(pose, instance.pose)});
+        }
+        std::move(scene.meshes.begin(), scene.meshes.end(), std::back_inserter(all.meshes));
+        for (const Warning &warning : scene.warnings) {
+            all.warnings.push_back({warning.code, part.file.filename().string() + ": " + warning.message});
+        }
+    }
+    all.source_hash = hash.digest();
+    return all;
+}
+
+} // namespace
+
+std::string scene_name(const std::filesystem::path &path)
+{
+    const std::string name = path.filename().string();
+    return name.substr(0, name.rfind(".scene.json"));
+}
+
+SceneGeometry read_geometry(const SceneFile &scene)
+{
+    const std::string name = scene_name(scene.path);
+    return {gather(name, scene.statics), gather(name, {scene.dynamic})};
+}
+
+SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, const PartOptions &options,
+                         Progress &progress)
+{
+    PartOptions with_voxel = options;
+    with_voxel.voxel = scene.voxel;
+    return {convert_part(geometry.statics, with_voxel, progress), convert_part(geometry.dynamic, with_voxel, progress)};
+}
+
+} // namespace voxshell

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene file's way to assets: everything that stands as one collective map, what moves as one shell.
+#pragma once
+
+#include "pipeline/convert_part.hpp"
+#include "scene/scene_file.hpp"
+
+namespace voxshell {
+
+/// The triangles that a scene file names, posed. Each half is a Scene whose name is the scene's and whose
+/// source_hash is the SHA-256 of, for each part in order: the hash of its bytes, its unit [m, 0 for glTF], its up
+/// axis (0 y, 1 z), position and rotation; as little-endian doubles. So assets fit a scene exactly if these do.
+struct SceneGeometry {
+    Scene statics, dynamic;
+};
+
+/// NAME of NAME.scene.json: what its assets are called.
+std::string scene_name(const std::filesystem::path &path);
+
+SceneGeometry read_geometry(const SceneFile &scene);
+
+struct SceneParts {
+    Part statics; ///< vdb and voxmap are the scene's
+    Part dynamic; ///< pointshell is the scene's
+};
+
+/// convert_part() for both halves, with the scene's voxel. `options` says the rest.
+SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, const PartOptions &options,
+                         Progress &progress);
+
+} // namespace voxshell
