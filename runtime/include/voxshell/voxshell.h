@@ -1,0 +1,13 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * voxshell.h - all of the runtime. Each header is the manual of its noun.
+ */
+#ifndef VOXSHELL_VOXSHELL_H
+#define VOXSHELL_VOXSHELL_H
+
+#include "voxshell/asset.h"
+#include "voxshell/pointshell.h"
+#include "voxshell/result.h"
+#include "voxshell/voxmap.h"
+
+#endif
