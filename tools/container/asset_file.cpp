@@ -27,10 +27,8 @@ ExitCode exit_code(vxs_result result)
     }
 }
 
-/// Four characters of a section; the header and the table have none of their own in an issue.
 std::string section_name(std::uint32_t id)
 {
-    if (id == 0) return "HEAD";
     std::string name;
     for (int byte = 0; byte < 4; ++byte) {
         const char c = static_cast<char>(id >> 8 * byte & 0xff);
@@ -43,6 +41,11 @@ std::string describe(vxs_result result, const vxs_asset_issue &issue)
 {
     if (result == VXS_IO)
         return issue.system_error ? std::strerror(issue.system_error) : vxs_result_text(result);
+    if (result == VXS_VERSION)
+        return fmt::format(
+            "rule C103 section HEAD offset {}: format version {}.{}, this voxshell reads {}.{}: convert "
+            "the part again, or use the voxshell that wrote it",
+            issue.offset, issue.file_major, issue.file_minor, issue.reader_major, issue.reader_minor);
     if (issue.letter == 0) return issue.text ? issue.text : vxs_result_text(result);
     return fmt::format("rule {}{} section {} offset {}: {}", issue.letter, issue.rule,
                        section_name(issue.section), issue.offset,

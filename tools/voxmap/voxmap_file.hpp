@@ -3,7 +3,7 @@
 #pragma once
 
 #include "container/container.hpp"
-#include "voxmap/cells.hpp"
+#include "voxmap/channels.hpp"
 
 #include <filesystem>
 #include <string>
@@ -12,10 +12,15 @@ namespace voxshell {
 
 struct VoxmapFile {
     Cells cells;
+    Channels channels; ///< none by default; else one element per brick of `cells`
     Sha256 source_hash{};
     std::string meta = "{}"; ///< the META section's JSON text
 };
 
+/// The same bytes for the same cells: a brick without surface that a voxmap without channels may not hold
+/// (all free, all interior) becomes a uniform entry, and the box is the smallest. Trusts the counts and the
+/// box of `cells` (recount()). The distance band becomes 32767 steps exactly (M210, M402). Throws
+/// Failure(requirement) for cells beyond the limits of the format or without surface.
 std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file);
 
 /// Reads and checks every rule through the runtime's own reader. Throws Failure(invalid) with rule id,
