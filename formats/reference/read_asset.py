@@ -1,0 +1,542 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Reads .voxmap and .pointshell files. Written from container.md, voxmap.md and pointshell.md alone;
+shares no code with the runtime. Python 3.9 or newer, standard library only.
+
+    read_asset.py FILE           JSON summary
+    read_asset.py --check FILE   "OK", or the first broken rule and exit status 3
+
+As a module: open_asset(path) gives a Voxmap (state(), cells()) or a Pointshell (points()).
+Exit status: 0 ok, 1 usage, 2 the file cannot be read, 3 it breaks a rule.
+"""
+import array
+import hashlib
+import json
+import math
+import struct
+import sys
+import zlib
+
+HEADER = struct.Struct("<8sHHIQIIIIQ32s32sI2II")
+ENTRY = struct.Struct("<IIQQQII")
+GRID = struct.Struct("<d3q3IIQQ3q3qdddII48s")
+INFO = struct.Struct("<dIIIIddd3ddQ24s")
+CLUSTER = struct.Struct("<4fII2I")
+
+MAGIC = {b"\x89VXM\r\n\x1a\n": "voxmap", b"\x89VXP\r\n\x1a\n": "pointshell"}
+MAJOR = {"voxmap": 1, "pointshell": 1}
+FREE, SURFACE, INTERIOR = 0, 1, 2
+FIRST = 4  # entries from here on are numbers of chunks or bricks
+
+
+class Broken(Exception):
+    """The first rule that a file breaks."""
+
+    def __init__(self, rule, section, offset, text):
+        super().__init__(f"rule {rule} section {section} offset {offset}: {text}")
+        self.rule, self.section, self.offset, self.text = rule, section, offset, text
+
+
+def round64(n):
+    return (n + 63) // 64 * 64
+
+
+def ones(bits):
+    return bin(bits).count("1")
+
+
+def finite_not_negative(value):
+    return 0 <= value < math.inf
+
+
+class Section:
+    def __init__(self, name, stride, count, offset, size, entry_offset):
+        self.name, self.stride, self.count, self.offset, self.size = name, stride, count, offset, size
+        self.entry_offset = entry_offset  # of its line in the table
+
+
+class Asset:
+    """Header and sections of a file that breaks no rule of container.md (C303 comes last: check_content_hash)."""
+
+    def __init__(self, data):
+        self.data = memoryview(data)
+        self.check_header()
+        self.sections = self.check_table()
+        self.check_padding_and_sums()
+        self.by_name = {s.name: s for s in self.sections}
+
+    def check_header(self):
+        def need(condition, rule, offset, text):
+            if not condition:
+                raise Broken(rule, "HEAD", offset, text)
+
+        data = self.data
+        need(len(data) >= 128, "C101", 0, f"{len(data)} bytes are no header")
+        (magic, self.major, self.minor, header_size, file_size, required, self.optional, self.section_count, entry_size,
+         table_offset, self.content_hash, self.source_hash, self.table_crc, reserved0, reserved1,
+         header_crc) = HEADER.unpack_from(data)
+        need(magic in MAGIC, "C102", 0, "no voxshell magic")
+        self.kind = MAGIC[magic]
+        need(self.major == MAJOR[self.kind], "C103", 8,
+             f"{self.kind} version {self.major}.{self.minor}, this reader knows {MAJOR[self.kind]}.0")
+        need(header_crc == zlib.crc32(data[:124]), "C104", 124, "header checksum differs")
+        need(required == 0, "C105", 24, f"unknown required features {required:#x}")
+        need(file_size == len(data), "C106", 16, f"file_size {file_size}, but the file has {len(data)} bytes")
+        need(1 <= self.section_count <= 64 and 128 + 40 * self.section_count <= file_size, "C107", 32,
+             f"section_count {self.section_count}")
+        need(header_size == 128, "C108", 12, f"header_size {header_size}")
+        need(entry_size == 40, "C108", 36, f"section_entry_size {entry_size}")
+        need(table_offset == 128, "C108", 40, f"section_table_offset {table_offset}")
+        need(reserved0 == 0 and reserved1 == 0, "C109", 116, "reserved is not 0")
+        need(self.table_crc == zlib.crc32(data[128:128 + 40 * self.section_count]), "C110", 112, "table checksum differs")
+
+    def check_table(self):
+        def need(condition, rule, offset, text):
+            if not condition:
+                raise Broken(rule, "TABL", offset, text)
+
+        sections, names, self.crcs = [], set(), []
+        end = 128 + 40 * self.section_count
+        for n in range(self.section_count):
+            at = 128 + 40 * n
+            ident, stride, count, offset, size, crc, reserved = ENTRY.unpack_from(self.data, at)
+            name = struct.pack("<I", ident).decode("latin-1")
+            need(all("A" <= c <= "Z" or "0" <= c <= "9" for c in name), "C201", at, "id is not four of A-Z 0-9")
+            need(name not in ("HEAD", "TABL") and name not in names, "C201", at, f"id {name} is reserved or there twice")
+            need(stride >= 1, "C202", at + 4, "stride 0")
+            need(count >= 1, "C202", at + 8, "count 0")
+            need(size == stride * count, "C202", at + 24, f"size {size} is not stride * count")
+            need(offset == round64(end), "C203", at + 16, f"offset {offset} instead of {round64(end)}")
+            need(offset + size <= len(self.data), "C203", at + 16, "section leaves the file")
+            need(reserved == 0, "C204", at + 36, "reserved is not 0")
+            end = offset + size
+            names.add(name)
+            self.crcs.append(crc)
+            sections.append(Section(name, stride, count, offset, size, at))
+        need(round64(end) == len(self.data), "C205", 16, "file_size is not the end of the last section")
+        last = sections[-1]
+        need(last.name == "META", "C206", last.entry_offset, "the last section is not META")
+        need(last.stride == 1, "C206", last.entry_offset, f"stride {last.stride} of META")
+        return sections
+
+    def check_padding_and_sums(self):
+        starts = [s.offset for s in self.sections] + [len(self.data)]
+        ends = [128 + 40 * self.section_count] + [s.offset + s.size for s in self.sections]
+        owners = ["TABL"] + [s.name for s in self.sections]
+        for owner, begin, stop in zip(owners, ends, starts):
+            for offset in range(begin, stop):
+                if self.data[offset]:
+                    raise Broken("C301", owner, offset, "padding is not 0")
+        for section, crc in zip(self.sections, self.crcs):
+            if crc != zlib.crc32(self.bytes_of(section)):
+                raise Broken("C302", section.name, section.offset, "checksum differs")
+
+    def check_content_hash(self):
+        content = hashlib.sha256()
+        for section in self.sections:
+            if section.name != "META":
+                content.update(section.name.encode() + struct.pack("<IQ", section.stride, section.count))
+                content.update(self.bytes_of(section))
+        if content.digest() != self.content_hash:
+            raise Broken("C303", "HEAD", 48, "content hash differs")
+
+    def bytes_of(self, section):
+        return self.data[section.offset:section.offset + section.size]
+
+    def array(self, name, code):
+        """A section as an array of numbers."""
+        values = array.array(code)
+        values.frombytes(self.bytes_of(self.by_name[name]))
+        if sys.byteorder == "big":
+            values.byteswap()
+        return values
+
+    def check_layout(self, rule, strides, optional=()):
+        """The known sections come first and in order (rule), with their strides and one first element (rule + 1)."""
+        expected = [n for n in strides if n not in optional or n in self.by_name]
+        for n, name in enumerate(expected):
+            section = self.sections[min(n, len(self.sections) - 1)]
+            if section.name != name:
+                raise Broken(rule + "01", "TABL", section.entry_offset, f"{section.name} instead of {name}")
+        for n, name in enumerate(expected):
+            section = self.sections[n]
+            if section.stride != strides[name]:
+                raise Broken(rule + "02", "TABL", section.entry_offset, f"stride {section.stride} of {name}")
+            if n == 0 and section.count != 1:
+                raise Broken(rule + "02", "TABL", section.entry_offset, f"{section.count} elements in {name}")
+
+    def summary(self):
+        return {"kind": self.kind, "format": f"{self.major}.{self.minor}", "bytes": len(self.data),
+                "source_sha256": self.source_hash.hex(), "content_hash": self.content_hash.hex()}
+
+
+class Voxmap(Asset):
+    STRIDES = {"GRID": 192, "ROOT": 4, "CHNK": 2048, "BRIK": 128, "LAYR": 512, "DIST": 1024}
+    LOW_BITS = int("01" * 512, 2)  # the lower bit of all 512 states
+
+    def __init__(self, data):
+        super().__init__(data)
+        self.check_layout("M1", self.STRIDES, optional=("LAYR", "DIST"))
+        self.channels = [n for n in ("LAYR", "DIST") if n in self.by_name]
+        for name in self.channels:
+            if self.by_name[name].count != self.by_name["BRIK"].count:
+                raise Broken("M103", "TABL", self.by_name[name].entry_offset, f"{name} is not as long as BRIK")
+        self.check_grid()
+        self.root = self.array("ROOT", "I")
+        self.chunks = self.array("CHNK", "I")
+        self.check_entries()
+        self.check_bricks()
+        self.check_counts()
+        self.check_channels()
+        self.check_content_hash()
+
+    def check_grid(self):
+        start = self.by_name["GRID"].offset
+
+        def need(condition, rule, field, text):
+            if not condition:
+                raise Broken(rule, "GRID", start + field, text)
+
+        values = GRID.unpack_from(self.data, start)
+        self.voxel, self.origin, self.dims, self.layer_count = values[0], values[1:4], values[4:7], values[7]
+        self.surface_cells, self.interior_cells = values[8:10]
+        self.bbox_min, self.bbox_max = values[10:13], values[13:16]
+        self.distance_step, self.distance_band, self.distance_error, self.flags, reserved, pad = values[16:]
+
+        need(1e-12 <= self.voxel <= 1e3, "M201", 0, f"voxel {self.voxel} m")
+        for a in range(3):
+            need(self.origin[a] % 64 == 0 and -2**44 <= self.origin[a] < 2**44, "M202", 8 + 8 * a,
+                 f"origin_cell {self.origin[a]}")
+        for a in range(3):
+            need(self.dims[a] >= 1, "M203", 32 + 4 * a, "root_dims 0")
+        for a in range(3):
+            need(self.dims[a] <= 16384 and self.origin[a] + 64 * self.dims[a] <= 2**44, "M204", 32 + 4 * a,
+                 f"root_dims {self.dims[a]}")
+        chunks = self.dims[0] * self.dims[1] * self.dims[2]
+        need(chunks <= 2**24, "M205", 32, f"{chunks} chunks in the box")
+        for name, rule, good in (("BRIK", "M206", self.by_name["BRIK"].count <= 2**28),
+                                 ("ROOT", "M207", self.by_name["ROOT"].count == chunks)):
+            if not good:
+                entry = self.by_name[name]
+                raise Broken(rule, "TABL", entry.entry_offset, f"{entry.count} elements in {name}")
+        need(self.flags & ~3 == 0, "M208", 136, f"flags {self.flags:#x}")
+        for n, byte in enumerate(struct.pack("<I", reserved) + pad):
+            need(byte == 0, "M208", 140 + n, "a reserved byte is not 0")
+        need(1 <= self.layer_count <= 126 if "LAYR" in self.channels else self.layer_count == 0, "M209", 44,
+             f"layer_count {self.layer_count}")
+        if "DIST" in self.channels:
+            step, band = self.distance_step, self.distance_band
+            need(1e-30 <= step < math.inf, "M210", 112, f"distance_step {step}")
+            need(step <= band < math.inf and band <= 32767.0 * step, "M210", 120, f"distance_band {band}")
+            need(finite_not_negative(self.distance_error), "M210", 128, f"distance_error {self.distance_error}")
+        else:
+            for field in (112, 120, 128):
+                need(not any(self.data[start + field:start + field + 8]), "M210", field, "distances without DIST")
+            need(self.flags & 2 == 0, "M210", 136, "UNSIGNED without DIST")
+        need(self.surface_cells >= 1, "M211", 48, "no surface cell")
+
+    def check_entries(self):
+        def numbered(entries, section, rule, below, after_512):
+            """Entries are uniform or count upwards; `after_512` sees each chunk."""
+            start = self.by_name[section].offset
+            following = FIRST
+            for n, entry in enumerate(entries):
+                if entry == following:
+                    following += 1
+                elif entry not in (FREE, INTERIOR):
+                    raise Broken(rule, section, start + 4 * n, f"entry {entry} instead of 0, 2 or {following}")
+                if after_512 and n % 512 == 511:
+                    after_512(n - 511)
+            if following - FIRST != self.by_name[below].count:
+                raise Broken(rule, section, start, f"{following - FIRST} numbers for {self.by_name[below].count} of {below}")
+
+        def not_uniform(first):
+            chunk = self.chunks[first:first + 512]
+            if chunk[0] in (FREE, INTERIOR) and chunk.count(chunk[0]) == 512:
+                raise Broken("M304", "CHNK", self.by_name["CHNK"].offset + 4 * first, "the chunk is uniform")
+
+        numbered(self.root, "ROOT", "M301", "CHNK", None)
+        self.check_box()
+        numbered(self.chunks, "CHNK", "M303", "BRIK", not_uniform)
+
+    def check_box(self):
+        d0, d1, d2 = self.dims
+        used = [set(), set(), set()]
+        for n, entry in enumerate(self.root):
+            if entry != FREE:
+                for axis, index in enumerate((n // (d1 * d2), n // d2 % d1, n % d2)):
+                    used[axis].add(index)
+        for axis in range(3):
+            if not {0, self.dims[axis] - 1} <= used[axis]:
+                raise Broken("M302", "ROOT", self.by_name["ROOT"].offset, f"a side of the box on axis {axis} is free")
+
+    def brick(self, number):
+        """All states of a brick as one number: bits 2c and 2c + 1 are the state of cell c."""
+        start = self.by_name["BRIK"].offset + 128 * number
+        return int.from_bytes(self.data[start:start + 128], "little")
+
+    def check_bricks(self):
+        start = self.by_name["BRIK"].offset
+        low = self.LOW_BITS
+        for n in range(self.by_name["BRIK"].count):
+            bits = self.brick(n)
+            three = bits & bits >> 1 & low
+            if three:
+                lowest = (three & -three).bit_length() - 1
+                raise Broken("M305", "BRIK", start + 128 * n + lowest // 64 * 8, "a cell of state 3")
+            if not self.channels and bits in (0, low << 1):
+                raise Broken("M306", "BRIK", start + 128 * n, "the brick is uniform")
+
+    def entries(self):
+        """(i, j, k, edge, entry) of all uniform chunks, uniform bricks (entry 0 or 2) and bricks (entry >= 4):
+        absolute cell of the corner, edge in cells. In the order of ROOT and CHNK."""
+        d1, d2 = self.dims[1:]
+        for n, entry in enumerate(self.root):
+            corner = (self.origin[0] + 64 * (n // (d1 * d2)), self.origin[1] + 64 * (n // d2 % d1),
+                      self.origin[2] + 64 * (n % d2))
+            if entry < FIRST:
+                yield corner + (64, entry)
+                continue
+            for slot in range(512):
+                yield (corner[0] + 8 * (slot >> 6), corner[1] + 8 * (slot >> 3 & 7), corner[2] + 8 * (slot & 7), 8,
+                       self.chunks[(entry - FIRST) * 512 + slot])
+
+    def check_counts(self):
+        surface = interior = 0
+        least, most = [math.inf] * 3, [-math.inf] * 3
+
+        def grow(axis, first, last):
+            least[axis] = min(least[axis], first)
+            most[axis] = max(most[axis], last)
+
+        for *corner, edge, entry in self.entries():
+            if entry == INTERIOR:
+                interior += edge**3
+            if entry == FREE:
+                continue
+            if entry >= FIRST:
+                bits = self.brick(entry - FIRST)
+                surface += ones(bits & self.LOW_BITS)
+                interior += ones(bits >> 1 & self.LOW_BITS)
+            if all(least[a] <= corner[a] and corner[a] + edge - 1 <= most[a] for a in range(3)):
+                continue
+            if entry == INTERIOR:
+                for a in range(3):
+                    grow(a, corner[a], corner[a] + edge - 1)
+                continue
+            for c in range(512):
+                if bits >> 2 * c & 3:
+                    for a, inner in enumerate((c >> 6, c >> 3 & 7, c & 7)):
+                        grow(a, corner[a] + inner, corner[a] + inner)
+
+        start = self.by_name["GRID"].offset
+        for field, stated, counted in ((48, self.surface_cells, surface), (56, self.interior_cells, interior)):
+            if stated != counted:
+                raise Broken("M307", "GRID", start + field, f"{stated} cells stated, {counted} counted")
+        for field, stated, found in ((64, self.bbox_min, least), (88, self.bbox_max, most)):
+            for a in range(3):
+                if stated[a] != found[a]:
+                    raise Broken("M308", "GRID", start + field + 8 * a, f"bound {stated[a]} stated, {found[a]} found")
+
+    def check_channels(self):
+        def each_value(name, code):
+            values, start = self.array(name, code), self.by_name[name].offset
+            for n in range(self.by_name["BRIK"].count):
+                bits = self.brick(n)
+                for c in range(512):
+                    value = values[512 * n + c]
+                    yield value, bits >> 2 * c & 3, start + (512 * n + c) * values.itemsize
+
+        if "LAYR" in self.channels:
+            beyond = self.layer_count + 1
+            allowed = {SURFACE: (0, 0), FREE: (1, beyond), INTERIOR: (-beyond, -1)}
+            for value, state, offset in each_value("LAYR", "b"):
+                least, most = allowed[state]
+                if not least <= value <= most:
+                    raise Broken("M401", "LAYR", offset, f"layer {value} in a cell of state {state}")
+        if "DIST" in self.channels:
+            for value, state, offset in each_value("DIST", "h"):
+                wrong_sign = value < 0 if self.flags & 2 or state == FREE else value > 0 and state == INTERIOR
+                if wrong_sign or abs(value) * self.distance_step > self.distance_band:
+                    raise Broken("M402", "DIST", offset, f"distance {value} in a cell of state {state}")
+
+    def state(self, i, j, k):
+        """State of an absolute cell."""
+        c = [x - o for x, o in zip((i, j, k), self.origin)]
+        if not all(0 <= c[a] < 64 * self.dims[a] for a in range(3)):
+            return FREE
+        entry = self.root[((c[0] >> 6) * self.dims[1] + (c[1] >> 6)) * self.dims[2] + (c[2] >> 6)]
+        if entry >= FIRST:
+            entry = self.chunks[(entry - FIRST) * 512 + ((c[0] >> 3 & 7) << 6 | (c[1] >> 3 & 7) << 3 | (c[2] >> 3 & 7))]
+        if entry < FIRST:
+            return entry
+        return self.brick(entry - FIRST) >> 2 * ((c[0] & 7) << 6 | (c[1] & 7) << 3 | (c[2] & 7)) & 3
+
+    def cells(self):
+        """(i, j, k, state) of all cells that are not free, chunk by chunk and brick by brick."""
+        for i, j, k, edge, entry in self.entries():
+            if entry == FREE:
+                continue
+            shift = edge.bit_length() - 1
+            bits = self.brick(entry - FIRST) if entry >= FIRST else 0
+            for c in range(edge**3):
+                state = bits >> 2 * c & 3 if entry >= FIRST else entry
+                if state:
+                    yield i + (c >> 2 * shift), j + (c >> shift & edge - 1), k + (c & edge - 1), state
+
+    def summary(self):
+        names = {"LAYR": "layer", "DIST": "distance"}
+        return {**super().summary(), "voxel_m": self.voxel,
+                "bbox_cells": {"min": list(self.bbox_min), "max": list(self.bbox_max)},
+                "surface_cells": self.surface_cells, "interior_cells": self.interior_cells,
+                "channels": [names[n] for n in self.channels]}
+
+
+class Pointshell(Asset):
+    COLUMNS = ("POSX", "POSY", "POSZ", "NRMX", "NRMY", "NRMZ", "AREA")
+    STRIDES = {"SHEL": 112, **{n: 4 for n in COLUMNS}, "CLUS": 32}
+
+    def __init__(self, data):
+        super().__init__(data)
+        self.check_layout("S1", self.STRIDES)
+        self.check_info()
+        self.columns = [self.array(n, "f") for n in self.COLUMNS]
+        self.check_points()
+        self.check_padding()
+        self.check_clusters()
+        self.check_content_hash()
+
+    def check_info(self):
+        start = self.by_name["SHEL"].offset
+
+        def need(condition, rule, field, text):
+            if not condition:
+                raise Broken(rule, "SHEL", start + field, text)
+
+        (self.voxel, self.kind_of_shell, self.point_count, self.padded_count, self.cluster_count, self.area, self.gap_max,
+         self.surface_error, cx, cy, cz, self.radius, self.surface_cells, pad) = INFO.unpack_from(self.data, start)
+        self.center = (cx, cy, cz)
+        need(1e-12 <= self.voxel <= 1e3, "S201", 0, f"voxel {self.voxel} m")
+        need(self.kind_of_shell in (1, 2), "S202", 8, f"kind {self.kind_of_shell}")
+        need(1 <= self.point_count <= 2**28, "S203", 12, f"point_count {self.point_count}")
+        need(self.padded_count == (self.point_count + 15) // 16 * 16, "S204", 16, f"padded_count {self.padded_count}")
+        need(self.cluster_count == (self.point_count + 63) // 64, "S205", 20, f"cluster_count {self.cluster_count}")
+        for name in self.COLUMNS + ("CLUS",):
+            entry = self.by_name[name]
+            if entry.count != (self.cluster_count if name == "CLUS" else self.padded_count):
+                raise Broken("S206", "TABL", entry.entry_offset, f"{entry.count} elements in {name}")
+        for field, value in ((24, self.area), (32, self.gap_max), (40, self.surface_error)):
+            need(finite_not_negative(value), "S207", field, f"{value} is no length or area")
+        for a in range(3):
+            need(abs(self.center[a]) <= 1e15, "S207", 48 + 8 * a, f"center {self.center[a]}")
+        need(finite_not_negative(self.radius), "S207", 72, f"radius {self.radius}")
+        for n, byte in enumerate(pad):
+            need(byte == 0, "S208", 88 + n, "pad is not 0")
+        need(1 <= self.surface_cells <= self.point_count, "S209", 80, f"surface_cells {self.surface_cells}")
+
+    def at(self, column, point):
+        return self.by_name[self.COLUMNS[column]].offset + 4 * point
+
+    def raw(self, column, point):
+        return self.data[self.at(column, point):self.at(column, point) + 4]
+
+    def check_points(self):
+        x, y, z, nx, ny, nz, area = self.columns
+        for n in range(self.point_count):
+            for a, value in enumerate((x[n], y[n], z[n])):
+                if not abs(value) <= 1e15:
+                    raise Broken("S301", self.COLUMNS[a], self.at(a, n), f"coordinate {value} of point {n}")
+        for n in range(self.point_count):
+            if not abs((nx[n] * nx[n] + ny[n] * ny[n]) + nz[n] * nz[n] - 1.0) <= 1e-6:
+                raise Broken("S302", "NRMX", self.at(3, n), f"the normal of point {n} has not length 1")
+        for n in range(self.point_count):
+            if not (finite_not_negative(area[n]) and math.copysign(1.0, area[n]) > 0):
+                raise Broken("S303", "AREA", self.at(6, n), f"area {area[n]} of point {n}")
+        total = 0.0
+        for n in range(self.point_count):
+            total += area[n]  # not sum(): newer Pythons compensate there
+        if not abs(total - self.area) <= 1e-6 * self.area:
+            raise Broken("S304", "SHEL", self.by_name["SHEL"].offset + 24, f"area {self.area}, the points have {total}")
+
+    def check_padding(self):
+        for column in range(7):
+            last = self.raw(column, self.point_count - 1) if column < 6 else bytes(4)
+            for n in range(self.point_count, self.padded_count):
+                if self.raw(column, n) != last:
+                    raise Broken("S305", self.COLUMNS[column], self.at(column, n), "the padding does not repeat the last point")
+
+    def clusters(self):
+        """(center, radius, first, count) of each cluster, after its rules."""
+        start = self.by_name["CLUS"].offset
+        for n in range(self.cluster_count):
+            at = start + 32 * n
+            cx, cy, cz, radius, first, count, reserved0, reserved1 = CLUSTER.unpack_from(self.data, at)
+
+            def need(condition, rule, field, text):
+                if not condition:
+                    raise Broken(rule, "CLUS", at + field, text)
+
+            need(first == 64 * n, "S401", 16, f"first {first} of cluster {n}")
+            need(count == min(64, self.point_count - 64 * n), "S401", 20, f"count {count} of cluster {n}")
+            for a, value in enumerate((cx, cy, cz)):
+                need(abs(value) <= 1e15, "S402", 4 * a, f"center {value} of cluster {n}")
+            need(0 <= radius <= 1e16, "S402", 12, f"radius {radius} of cluster {n}")
+            need(reserved0 == 0 and reserved1 == 0, "S403", 24, "reserved is not 0")
+            yield (cx, cy, cz), radius, first, count
+
+    def check_clusters(self):
+        def inside(rule, center, radius, points, what):
+            x, y, z = self.columns[:3]
+            for n in points:
+                dx, dy, dz = x[n] - center[0], y[n] - center[1], z[n] - center[2]
+                if not (dx * dx + dy * dy) + dz * dz <= radius * radius:
+                    raise Broken(rule, "POSX", self.at(0, n), f"point {n} lies outside the sphere of {what}")
+
+        for n, (center, radius, first, count) in enumerate(self.clusters()):
+            inside("S404", center, radius, range(first, first + count), f"cluster {n}")
+        inside("S405", self.center, self.radius, range(self.point_count), "the shell")
+
+    def points(self):
+        """(x, y, z, nx, ny, nz, area) of all points, without the padding."""
+        return zip(*(column[:self.point_count] for column in self.columns))
+
+    def summary(self):
+        return {**super().summary(), "voxel_m": self.voxel, "kind_of_shell": {1: "exact", 2: "naive"}[self.kind_of_shell],
+                "points": self.point_count, "area_m2": self.area, "gap_max_m": self.gap_max,
+                "surface_error_max_m": self.surface_error, "clusters": self.cluster_count}
+
+
+def read_asset(data):
+    """A Voxmap or a Pointshell of the file's bytes. Raises Broken."""
+    return (Pointshell if data[:8] == b"\x89VXP\r\n\x1a\n" else Voxmap)(data)
+
+
+def open_asset(path):
+    """The same from a file. Raises OSError too."""
+    with open(path, "rb") as file:
+        return read_asset(file.read())
+
+
+def main(arguments):
+    check = "--check" in arguments
+    paths = [a for a in arguments if a != "--check"]
+    if len(paths) != 1 or paths[0].startswith("--"):
+        print(__doc__, file=sys.stdout if "--help" in paths else sys.stderr)
+        return 0 if "--help" in paths else 1
+    try:
+        asset = open_asset(paths[0])
+    except OSError as error:
+        print(f"read_asset.py: error: {paths[0]}: {error.strerror}", file=sys.stderr)
+        return 2
+    except Broken as broken:
+        if check:
+            print(broken)
+        else:
+            print(f"read_asset.py: error: {paths[0]}: {broken}", file=sys.stderr)
+        return 3
+    print("OK" if check else json.dumps(asset.summary(), indent=2))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
