@@ -23,6 +23,8 @@ struct Importer {
 
 constexpr Importer importers[] = {
     {".stl", import_stl},
+    {".gltf", import_gltf},
+    {".glb", import_glb},
 };
 
 // What flatten() unfolds at most: a small file with many instances must not fill the memory.
