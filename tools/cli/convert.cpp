@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell.
+// voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes the
+// cells and what moves the points.
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
+#include "pipeline/convert_scene.hpp"
 #include "pipeline/estimate.hpp"
 #include "pipeline/output.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 
@@ -27,7 +30,7 @@ struct ConvertOptions : SharedOptions {
 };
 
 /// What an input is, decided by its ending alone.
-enum class InputKind { stl, gltf };
+enum class InputKind { stl, gltf, scene };
 
 struct Input {
     fs::path path;
@@ -45,11 +48,12 @@ Input input_of(const std::string &text)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     if (dot != std::string::npos) name.resize(dot);
     if (name.empty()) throw Failure(ExitCode::usage, text, "has no name before its ending");
+    if (ending == ".json" && name.ends_with(".scene") && name != ".scene") return {path, InputKind::scene, scene_name(path)};
     if (ending == ".stl") return {path, InputKind::stl, name};
     if (ending == ".gltf" || ending == ".glb") return {path, InputKind::gltf, name};
     throw Failure(ExitCode::unsupported, text,
-                  ending.empty() ? "has no ending; .stl, .gltf or .glb is needed"
-                                 : fmt::format("the ending '{}' is not one of .stl, .gltf, .glb", ending));
+                  ending.empty() ? "has no ending; .stl, .gltf, .glb or .scene.json is needed"
+                                 : fmt::format("the ending '{}' is not one of .stl, .gltf, .glb, .scene.json", ending));
 }
 
 std::vector<Input> inputs_of(const ConvertOptions &o)
@@ -67,6 +71,11 @@ std::vector<Input> inputs_of(const ConvertOptions &o)
         if (input.kind == InputKind::stl && o.unit.empty())
             throw Failure(ExitCode::usage, text, "an STL file has no unit; say --unit mm (or cm, m, in)");
     }
+    const auto is_scene = [](const Input &input) { return input.kind == InputKind::scene; };
+    if (o.voxel == 0 && !std::all_of(inputs.begin(), inputs.end(), is_scene))
+        throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm");
+    if ((o.voxel != 0 || o.up != "y") && std::any_of(inputs.begin(), inputs.end(), is_scene))
+        throw Failure(ExitCode::usage, "", "--voxel and --up: not for a scene, it says these itself");
     if (!o.unit.empty() && !stl) throw Failure(ExitCode::usage, "", "--unit: only for STL, glTF is in metres");
     return inputs;
 }
@@ -94,7 +103,7 @@ public:
         const std::vector<Input> inputs = inputs_of(o_);
         check_writable(o_.folder);
         if (!o_.report.empty()) check_writable(fs::path(o_.report).parent_path());
-        report_.options({{"voxel_m", o_.voxel},
+        report_.options({{"voxel_m", o_.voxel != 0 ? json(o_.voxel) : json(nullptr)},
                          {"unit", o_.unit.empty() ? json(nullptr) : json(o_.unit)},
                          {"up", o_.up},
                          {"shell", o_.shell},
@@ -145,52 +154,88 @@ private:
 
     void convert(const Input &input)
     {
-        const Scene scene = read(input);
         PartOptions options;
         options.voxel = o_.voxel;
         options.shell = o_.shell == "naive" ? ShellKind::naive : ShellKind::exact;
         options.import = import_options(input);
         options.strict = o_.strict;
         options.max_memory = o_.max_memory.value_or(0);
-        const Part part = convert_part(scene, options, *progress_);
+        if (input.kind != InputKind::scene) {
+            const Scene scene = read(input);
+            const Part part = convert_part(scene, options, *progress_);
+            write(input, o_.voxel, {{input.path.filename().string(), scene.source_hash, part}}, part.vdb, part.voxmap, part.pointshell);
+            return;
+        }
+        const SceneFile scene = read_scene(input.path);
+        const SceneGeometry geometry = read_geometry(scene);
+        const SceneParts parts = convert_scene(scene, geometry, options, *progress_);
+        write(input, scene.voxel,
+              {{parts.statics.name, geometry.statics.source_hash, parts.statics},
+               {parts.dynamic.name, geometry.dynamic.source_hash, parts.dynamic}},
+              parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell);
+    }
 
+    using Bytes = std::vector<std::uint8_t>;
+    struct Made {
+        std::string label;
+        const Sha256 &source;
+        const Part &part;
+    };
+
+    void write(const Input &input, double voxel, std::initializer_list<Made> made, const Bytes &vdb, const Bytes &voxmap,
+               const Bytes &pointshell)
+    {
         Outputs outputs(o_.force);
         const fs::path base = fs::path(o_.folder) / input.name;
-        const std::pair<const char *, const std::vector<std::uint8_t> *> files[] = {
-            {".vdb", &part.vdb}, {".voxmap", &part.voxmap}, {".pointshell", &part.pointshell}};
+        const std::pair<const char *, const Bytes *> files[] = {
+            {".vdb", &vdb}, {".voxmap", &voxmap}, {".pointshell", &pointshell}};
         for (const auto &[ending, bytes] : files) outputs.add(base.string() + ending, *bytes);
         progress_->check(); // the last chance: from here on the files are there
         outputs.commit();
 
-        report_.input(input.path, scene.source_hash);
-        report_.part(part, o_.voxel);
+        for (const auto &[label, source, part] : made) {
+            report_.input(input.path, source);
+            report_.part(part, voxel);
+            warn(input, part.warnings);
+            if (!o_.json) tell(label, part, voxel);
+        }
         for (const auto &[ending, bytes] : files) report_.output(base.string() + ending, *bytes);
-        warn(input, part.warnings);
-        if (!o_.json) tell(input, part, base.string());
+        if (!o_.json)
+            fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({})\n", base.string(), format_size(vdb.size()),
+                       format_size(voxmap.size()), format_size(pointshell.size()));
+        std::fflush(stdout);
     }
 
-    void tell(const Input &input, const Part &part, const std::string &base) const
+    void tell(const std::string &label, const Part &part, double voxel) const
     {
         std::string solid = part.mesh.closed ? fmt::format("closed, {:.6g} cm3", part.mesh.volume * 1e6) : "open";
-        fmt::print("{}: {} triangles, {}, {:.6g} cm2\n", input.path.filename().string(), format_count(part.mesh.triangles),
-                   solid, part.mesh.area * 1e4);
+        fmt::print("{}: {} triangles, {}, {:.6g} cm2\n", label, format_count(part.mesh.triangles), solid,
+                   part.mesh.area * 1e4);
         fmt::print("  cells   {} surface, {} interior of {}\n", format_count(part.surface_cells),
-                   format_count(part.interior_cells), format_length(o_.voxel));
+                   format_count(part.interior_cells), format_length(voxel));
         fmt::print("  points  {}, gap at most {:.3f} voxels, at most {} off the surface\n", format_count(part.points),
-                   part.gap_max / o_.voxel, format_length(part.surface_error));
-        fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({})\n", base, format_size(part.vdb.size()),
-                   format_size(part.voxmap.size()), format_size(part.pointshell.size()));
-        std::fflush(stdout);
+                   part.gap_max / voxel, format_length(part.surface_error));
     }
 
     void foresee(const Input &input)
     {
-        const Scene scene = read(input);
+        if (input.kind != InputKind::scene) {
+            foresee(input, input.path.filename().string(), read(input), o_.voxel);
+            return;
+        }
+        const SceneFile scene = read_scene(input.path);
+        const SceneGeometry geometry = read_geometry(scene);
+        foresee(input, input.name + "/static", geometry.statics, scene.voxel);
+        foresee(input, input.name + "/dynamic", geometry.dynamic, scene.voxel);
+    }
+
+    void foresee(const Input &input, const std::string &label, const Scene &scene, double voxel)
+    {
         const Mesh mesh = flatten(scene);
         warn(input, scene.warnings);
-        const Estimate e = estimate(mesh, o_.voxel);
-        check_budget(mesh, o_.voxel, o_.max_memory.value_or(machine_memory()));
-        foreseen_["estimates"].push_back({{"name", input.name},
+        const Estimate e = estimate(mesh, voxel);
+        check_budget(mesh, voxel, o_.max_memory.value_or(machine_memory()));
+        foreseen_["estimates"].push_back({{"name", input.kind == InputKind::scene ? label : input.name},
                                           {"triangles", mesh.triangles.size()},
                                           {"surface_cells", std::llround(e.surface_cells)},
                                           {"memory_bytes", std::llround(e.memory_bytes)},
@@ -198,7 +243,7 @@ private:
                                           {"seconds", e.seconds}});
         if (!o_.json)
             fmt::print("{}: {} triangles, about {:.2g} surface cells, {} of memory, {} of files, {:.2g} s\n",
-                       input.path.filename().string(), format_count(mesh.triangles.size()), e.surface_cells,
+                       label, format_count(mesh.triangles.size()), e.surface_cells,
                        format_size(static_cast<std::uint64_t>(e.memory_bytes)),
                        format_size(static_cast<std::uint64_t>(e.file_bytes)), e.seconds);
     }
@@ -222,10 +267,10 @@ private:
 VerbAction add_convert(CLI::App &verb)
 {
     auto o = std::make_shared<ConvertOptions>();
-    verb.add_option("INPUT", o->inputs, "parts: .stl, .gltf or .glb; each makes NAME.vdb, NAME.voxmap, NAME.pointshell")->required();
+    verb.add_option("INPUT", o->inputs, "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, NAME.pointshell")->required();
     verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")->required()->type_name("DIR");
     add_length(verb, "--voxel", o->voxel,
-               "edge of a cell, with its unit as in 0.5mm, 2e-4m (no default; 1e-12m to 1e6m; um, mm, cm, m, in)")->required();
+               "edge of a cell, with its unit as in 0.5mm, 2e-4m (no default, needed for parts, a scene says its own; 1e-12m to 1e6m; um, mm, cm, m, in)");
     verb.add_option("--up", o->up, "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
         ->check(CLI::IsMember({"y", "z"}))->type_name("AXIS");
     verb.add_option("--shell", o->shell, "points: exact (on the surface) or naive (centres of cells) (default exact)")

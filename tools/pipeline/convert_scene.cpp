@@ -104,7 +104,11 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
 {
     PartOptions with_voxel = options;
     with_voxel.voxel = scene.voxel;
-    return {convert_part(geometry.statics, with_voxel, progress), convert_part(geometry.dynamic, with_voxel, progress)};
+    SceneParts parts{convert_part(geometry.statics, with_voxel, progress),
+                     convert_part(geometry.dynamic, with_voxel, progress)};
+    parts.statics.name += "/static";
+    parts.dynamic.name += "/dynamic";
+    return parts;
 }
 
 } // namespace voxshell

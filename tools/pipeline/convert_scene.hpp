@@ -24,7 +24,7 @@ struct SceneParts {
     Part dynamic; ///< pointshell is the scene's
 };
 
-/// convert_part() for both halves, with the scene's voxel. `options` says the rest.
+/// convert_part() for both halves, with the scene's voxel; named NAME/static and NAME/dynamic. `options` says the rest.
 SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, const PartOptions &options,
                          Progress &progress);
 
