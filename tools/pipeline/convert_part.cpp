@@ -110,7 +110,11 @@ Part convert_part(const Scene &scene, const PartOptions &options, Progress &prog
     part.vdb = vdb_bytes(cells, scene.source_hash, map_meta);
     progress.advance(1);
     progress.check();
-    part.voxmap = voxmap_bytes({std::move(cells), scene.source_hash, map_meta});
+    VoxmapFile map;
+    map.cells = std::move(cells);
+    map.source_hash = scene.source_hash;
+    map.meta = map_meta;
+    part.voxmap = voxmap_bytes(map);
     progress.advance(1);
     progress.check();
     part.pointshell = pointshell_bytes({shell, scene.source_hash, meta(scene.name, options, true)});
