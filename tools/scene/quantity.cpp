@@ -32,6 +32,8 @@ constexpr Unit units[] = {
     {Dimension::stiffness, "N/mm", 3},
     {Dimension::foundation, "N/m^3", 0},
     {Dimension::foundation, "N/mm^3", 9},
+    {Dimension::mass, "kg", 0},
+    {Dimension::mass, "g", -3},
 };
 
 /// All of `text` as a number.

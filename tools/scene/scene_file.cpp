@@ -108,23 +108,32 @@ void contact(const JsonPlace &at, SceneFile &scene)
         scene.law = static_cast<ContactLaw>(law->choice({"original", "average"}));
     }
     if (const auto weighting = object.find("weighting")) {
-        scene.weighting = static_cast<Weighting>(weighting->choice({"count", "area"}));
+        scene.weighting = static_cast<Weighting>(weighting->choice({"count", "count-capped", "area"}));
     }
-    scene.stiffness = positive(object.get("stiffness"), scene.weighting == Weighting::count ? Dimension::stiffness
-                                                                                            : Dimension::foundation);
+    scene.stiffness = positive(object.get("stiffness"), scene.weighting == Weighting::area ? Dimension::foundation
+                                                                                          : Dimension::stiffness);
 }
 
 void coupling(const JsonPlace &at, SceneFile &scene)
 {
-    const JsonObject object(at, {"kind", "frequency", "damping"});
-    scene.filtered = object.get("kind").choice({"none", "pt2"}) == 1;
-    if (scene.filtered) {
+    const JsonObject any(at, {"kind", "frequency", "damping", "stiffness", "mass"});
+    scene.coupling = static_cast<CouplingKind>(any.get("kind").choice({"none", "pt2", "spring-damper"}));
+    if (scene.coupling == CouplingKind::none) {
+        JsonObject(at, {"kind"});
+        return;
+    }
+    if (scene.coupling == CouplingKind::pt2) {
+        const JsonObject object(at, {"kind", "frequency", "damping"});
         scene.frequency = positive(object.get("frequency"), Dimension::frequency);
-        const JsonPlace damping = object.get("damping");
-        scene.damping = damping.number();
-        if (!(scene.damping > 0)) {
-            damping.refuse("must be above zero");
-        }
+    } else {
+        const JsonObject object(at, {"kind", "stiffness", "mass", "damping"});
+        scene.spring_stiffness = positive(object.get("stiffness"), Dimension::stiffness);
+        scene.mass = positive(object.get("mass"), Dimension::mass);
+    }
+    const JsonPlace damping = any.get("damping");
+    scene.damping = damping.number();
+    if (!(scene.damping > 0)) {
+        damping.refuse("must be above zero");
     }
 }
 

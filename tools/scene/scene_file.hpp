@@ -8,8 +8,10 @@
 //                  "unit": "mm", "up": "z",            STL only / where the file is Z-up
 //                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in glTF
 //     "dynamic": [{"file": "sphere.glb"}],             exactly one
-//     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},  original|average; count|area
-//     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},               none|pt2
+//     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
+//         law: original|average; weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
+//     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
+//         none | pt2 | {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7}
 //     "device": "sim:phantom-premium-1.5",
 //     "arm": "hand",                                   free|pen|hand|arm
 //     "rate": "1kHz",
@@ -64,7 +66,8 @@ struct HandPath {
 };
 
 enum class ContactLaw { original, average };
-enum class Weighting { count, area };
+enum class Weighting { count, count_capped, area };
+enum class CouplingKind { none, pt2, spring_damper };
 
 struct SceneFile {
     std::filesystem::path path;
@@ -74,9 +77,11 @@ struct SceneFile {
     ContactLaw law = ContactLaw::average;
     Weighting weighting = Weighting::count;
     double stiffness = 500; ///< count: [N/m] per point, area: [N/m^3]
-    bool filtered = true;   ///< coupling pt2, otherwise none
-    double frequency = 5;   ///< [Hz]
-    double damping = 1;
+    CouplingKind coupling = CouplingKind::pt2;
+    double frequency = 5;          ///< pt2 [Hz]
+    double damping = 1;            ///< pt2, spring_damper: ratio
+    double spring_stiffness = 1000; ///< spring_damper [N/m]
+    double mass = 0.05;            ///< spring_damper [kg]
     std::string device = "sim:phantom-premium-1.5";
     std::string arm = "hand";
     double rate = 1000; ///< [Hz]

@@ -93,7 +93,7 @@ TEST_CASE("the smallest scene has the documented defaults")
     CHECK(scene.law == ContactLaw::average);
     CHECK(scene.weighting == Weighting::count);
     CHECK(scene.stiffness == 500);
-    CHECK(scene.filtered);
+    CHECK(scene.coupling == CouplingKind::pt2);
     CHECK(scene.frequency == 5);
     CHECK(scene.damping == 1);
     CHECK(scene.device == "sim:phantom-premium-1.5");
@@ -132,6 +132,19 @@ TEST_CASE("the hand goes straight, turns and rests")
     CHECK(half[2] == doctest::Approx(std::sin(std::numbers::pi / 8)));
     CHECK(half[3] == doctest::Approx(std::cos(std::numbers::pi / 8)));
     CHECK(near(rotate(scene.hand.at(2).rotation, {1, 0, 0}), {0, 1, 0}));
+}
+
+TEST_CASE("couplings take their own keys only")
+{
+    const auto coupled = [](const std::string &text) { return with("\"hand\"", "\"coupling\": " + text + ", \"hand\""); };
+    CHECK(read(coupled(R"({"kind": "none"})")).coupling == CouplingKind::none);
+    const SceneFile scene = read(coupled(R"({"kind": "spring-damper", "stiffness": "2N/mm", "mass": "50g", "damping": 0.7})"));
+    CHECK(scene.spring_stiffness == 2000);
+    CHECK(scene.mass == 0.05);
+    CHECK(scene.damping == 0.7);
+    CHECK(refusal(coupled(R"({"kind": "none", "damping": 1})")).starts_with("/coupling/damping: unknown key"));
+    CHECK(refusal(coupled(R"({"kind": "pt2", "damping": 1})")) == "/coupling: lacks \"frequency\"");
+    CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 0})")) == "/coupling/damping: must be above zero");
 }
 
 TEST_CASE("parts")
