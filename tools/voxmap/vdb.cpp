@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fmt/core.h>
 #include <map>
+#include <memory>
 #include <openvdb/openvdb.h>
 #include <sstream>
 #include <string_view>
@@ -90,6 +91,20 @@ void add_solid(const Cells &cells, const Cell &origin, Tree &tree)
     });
 }
 
+/// Index (0,0,0) at world (h/2, h/2, h/2). OpenVDB's constructors call a voxel below 14 micrometres singular
+/// (h^3 < 3e-15), its reader takes it: so the transform is read from its own serial form.
+openvdb::math::Transform::Ptr transform_of(double h)
+{
+    std::stringstream stream;
+    openvdb::writeString(stream, openvdb::math::UniformScaleTranslateMap::mapType());
+    for (const double value : {h / 2, h, h, 1 / h, 1 / (h * h), 1 / (2 * h)}) // as ScaleTranslateMap::write()
+        openvdb::Vec3d(value).write(stream);
+    auto transform = std::make_shared<openvdb::math::Transform>();
+    openvdb::io::setCurrentVersion(stream);
+    transform->read(stream);
+    return transform;
+}
+
 /// A UUID of version 8 (vendor's own) from the hash of the file with the nil UUID in its place.
 std::string content_uuid(std::span<const std::uint8_t> bytes)
 {
@@ -121,9 +136,7 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
     auto grid = openvdb::Int32Grid::create(VXS_CELL_FREE);
     grid->setName(vdb_grid_name);
     grid->insertMeta("unit", openvdb::StringMetadata("m"));
-    auto transform = openvdb::math::Transform::createLinearTransform(cells.voxel);
-    transform->postTranslate(openvdb::Vec3d(cells.voxel / 2));
-    grid->setTransform(transform);
+    grid->setTransform(transform_of(cells.voxel));
     add_bricks(cells, origin, grid->tree());
     add_solid(cells, origin, grid->tree());
 

@@ -29,16 +29,22 @@ std::string name(const openvdb::Coord &at)
 double voxel_of(const openvdb::math::Transform &transform)
 {
     if (!transform.isLinear()) refuse("the transform of grid `state` is not linear");
-    const openvdb::Mat4d m = transform.baseMap()->getAffineMap()->getMat4(); // row vectors: translation in row 3
-    const double h = m(0, 0);
+    const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
+    const double h = transform.indexToWorld(openvdb::Vec3d(1, 0, 0))[0] - origin[0];
     if (!std::isfinite(h) || h <= 0) refuse(fmt::format("the transform of grid `state` has a voxel of {} m", h));
-    const auto differs = [h](double a, double b) { return !(std::abs(a - b) <= 1e-9 * h); };
-    for (int r = 0; r < 4; ++r)
-        for (int c = 0; c < 3; ++c)
-            if (differs(m(r, c), r == 3 ? h / 2 : r == c ? h : 0))
-                refuse(fmt::format("the transform of grid `state` is not a uniform scale with index (0, 0, 0) at half a "
-                                   "voxel ({} m): matrix element ({}, {}) is {}",
-                                   h / 2, r, c, m(r, c)));
+    for (int axis = -1; axis < 3; ++axis) {
+        openvdb::Vec3d at(0, 0, 0), expected(h / 2);
+        if (axis >= 0) {
+            at[axis] = 1;
+            expected[axis] += h;
+        }
+        const openvdb::Vec3d world = transform.indexToWorld(at);
+        for (int a = 0; a < 3; ++a)
+            if (!(std::abs(world[a] - expected[a]) <= 1e-9 * h))
+                refuse(fmt::format("the transform of grid `state` is not a uniform scale with index (0, 0, 0) at half a voxel: "
+                                   "index ({}, {}, {}) is at ({}, {}, {}) m",
+                                   at[0], at[1], at[2], world[0], world[1], world[2]));
+    }
     return h;
 }
 
@@ -202,7 +208,8 @@ VdbFile parse_vdb(const std::filesystem::path &path)
     if (grid->background() != VXS_CELL_FREE) refuse(fmt::format("grid `state` has background {}, not 0", grid->background()));
 
     VdbFile result;
-    const openvdb::MetaMap &metadata = *file.getMetadata();
+    const openvdb::MetaMap::Ptr owner = file.getMetadata();
+    const openvdb::MetaMap &metadata = *owner;
     const double scale = voxel_of(grid->transform());
     result.cells.voxel = value_of<double>(metadata, vdb_meta_voxel).value_or(scale);
     if (!(std::abs(result.cells.voxel - scale) <= 1e-9 * scale))

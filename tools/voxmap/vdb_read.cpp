@@ -85,8 +85,9 @@ std::uint64_t address_space()
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, limits.seconds);
     if (limit_address_space) limit(RLIMIT_AS, address_space() + limits.memory);
-    const int null = ::open("/dev/null", O_WRONLY); // OpenVDB logs what it dislikes
-    if (null >= 0) ::dup2(null, STDERR_FILENO);
+    // OpenVDB logs what it dislikes, and its log flushes what the parent had not printed yet.
+    const int null = ::open("/dev/null", O_WRONLY);
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(null, stream);
 
     Answer answer{};
     std::string error;
