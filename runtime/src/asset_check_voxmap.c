@@ -56,8 +56,10 @@ static vxs_result check_sections(map_check *m)
     const vxs_container_section *next = &table[FIRST_OPTIONAL];
     for (int n = FIRST_OPTIONAL; n < KNOWN; n++) {
         m->section[n] = vxsi_find_section(m->check->data, layout[n].id);
-        if (m->section[n] && m->section[n] != next++)
-            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", m->section[n], "LAYR or DIST is out of order");
+        if (!m->section[n]) continue;
+        if (m->section[n] != next)
+            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", next, "LAYR or DIST is out of order");
+        next++;
     }
     for (int n = 0; n < KNOWN; n++) {
         if (m->section[n] && (m->section[n]->stride != layout[n].stride || (n == GRID && m->section[n]->count != 1)))

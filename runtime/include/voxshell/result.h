@@ -45,10 +45,10 @@ extern "C" {
     X(PROTOCOL, -44, "the device answered against its protocol")                                   \
     X(LOST, -45, "the device is gone")                                                             \
     X(FREQUENCY, -60, "coupling: natural frequency outside 0.05 Hz .. 0.49 / sample time")         \
-    X(DAMPING, -61, "coupling: damping ratio outside 0.01 .. 100")                                 \
+    X(DAMPING, -61, "coupling: damping ratio outside 0.001 .. 1000")                                 \
     X(SAMPLE_TIME, -62, "coupling: sample time outside 1e-5 .. 0.1 s")                             \
     X(GAIN, -63, "coupling: gain not finite or not positive")                                      \
-    X(IMPEDANCE, -64, "coupling: stiffness, damping or mass not finite or not positive")           \
+    X(IMPEDANCE, -64, "coupling: stiffness, damping, mass or radius not finite or not positive")           \
     X(NO_THREAD, -80, "the servo thread could not be started")
 
 typedef enum vxs_result {

@@ -6,7 +6,10 @@
 #define VOXSHELL_VOXSHELL_H
 
 #include "voxshell/asset.h"
+#include "voxshell/contact.h"
+#include "voxshell/coupling.h"
 #include "voxshell/pointshell.h"
+#include "voxshell/pose.h"
 #include "voxshell/result.h"
 #include "voxshell/voxmap.h"
 

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * contact.h - force and torque on a moving pointshell in a voxmap.
+ *
+ * Source: METHOD section 3 (paper section 4). A point collides if its cell is a surface cell.
+ * For a colliding point p with inward unit normal n_p in a cell with centre c:
+ *   original  (McNeely)  d = max(0, (c - p) . n_p),  F_p = k d n_p
+ *   average   (paper)    the same with one normal n for all: the normalised mean of the n_p of
+ *                        all colliding points
+ * Torque = sum (p - o) x F_p. Sums run in point order in double.
+ *
+ * The tick is two passes. Probe, in float32: u = (R/h) x + b, cell = floor(u), where R/h and
+ * b = (t - h origin_cell)/h are computed in double and rounded once, and
+ * u_i = ((m_i0 x + m_i1 y) + m_i2 z) + b_i in this order; it lists the colliding points and
+ * their cells. Evaluate, in double, from the stored float32 points and those cells, relative to
+ * the box's corner: p = R x + (t - h origin_cell), c = h (cell + 1/2). So the wrench is the same
+ * to the last bit on any machine and with any probe.
+ */
+#ifndef VOXSHELL_CONTACT_H
+#define VOXSHELL_CONTACT_H
+
+#include "voxshell/pointshell.h"
+#include "voxshell/pose.h"
+#include "voxshell/voxmap.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Laws. */
+enum { VXS_CONTACT_ORIGINAL = 1, VXS_CONTACT_AVERAGE = 2 };
+
+/* How points are weighted.
+ *   COUNT         each counts the same: k in N/m per point (the paper)
+ *   COUNT_CAPPED  COUNT, and from ten colliding points N on the net wrench is divided by N/10 (McNeely)
+ *   AREA          k in N/m^3 times the point's area: does not grow with resolution */
+enum { VXS_CONTACT_COUNT = 1, VXS_CONTACT_COUNT_CAPPED = 2, VXS_CONTACT_AREA = 3 };
+
+enum {
+    VXS_CONTACT_MAX_PATCHES = 8, /* normals that cancel are split into at most so many patches */
+    VXS_CONTACT_CAP_POINTS = 10  /* COUNT_CAPPED */
+};
+
+/* Flags of a result. */
+enum {
+    VXS_CONTACT_DEEP = 1 << 0,           /* a point is in an interior cell: it gives no force */
+    VXS_CONTACT_MEAN_CANCELLED = 1 << 1, /* average: |mean normal| < 0.1, evaluated per patch */
+    VXS_CONTACT_OUT_OF_MAP = 1 << 2,     /* the shell's bounding sphere is beyond the map's box: free */
+    VXS_CONTACT_OVERFLOW = 1 << 3,       /* scratch is for fewer points: wrench of those that fit */
+    VXS_CONTACT_INVALID = 1 << 4         /* pose or config refused, or the wrench is not finite: zero wrench */
+};
+
+/* Config. */
+typedef struct vxs_contact_config {
+    uint32_t struct_size;
+    uint32_t law;        /* VXS_CONTACT_ORIGINAL, _AVERAGE (default) */
+    uint32_t weighting;  /* VXS_CONTACT_COUNT (default), _COUNT_CAPPED, _AREA */
+    double stiffness;    /* k > 0, finite: [N/m] per point, [N/m^3] with AREA; default 1000 */
+    double reference[3]; /* o, the point about which torque is taken, in the shell's frame [m]; default 0 */
+} vxs_contact_config;
+
+/* What the colliding points do. Frame: the scene's. */
+typedef struct vxs_contact_result {
+    vxs_wrench wrench; /* on the dynamic object, about config.reference; exactly zero without a colliding point */
+    double normal[3];  /* unit mean inward normal of the colliding points; 0 without any or if it cancels */
+    double depth;      /* largest d [m] */
+    uint32_t points;   /* colliding: in a surface cell */
+    uint32_t deep_points; /* in an interior cell */
+    uint32_t patches;  /* 0 without a colliding point, 1, or more after VXS_CONTACT_MEAN_CANCELLED */
+    uint32_t flags;
+} vxs_contact_result;
+
+/* Object: room for the colliding points of one evaluation. One thread at a time. */
+typedef struct vxs_contact_scratch vxs_contact_scratch;
+
+/* Thread: any, rt-safe. */
+VXS_API void vxs_contact_config_default(vxs_contact_config *config);
+
+/* VXS_OK; VXS_CONFIG; VXS_PARAM for an unknown law or weighting, or a number out of range.
+ * Thread: any, rt-safe. */
+VXS_API vxs_result vxs_contact_config_check(const vxs_contact_config *config);
+
+/* Bytes for vxs_contact_init(): with point_count of the shell it can never overflow.
+ * Thread: any, rt-safe. */
+VXS_API size_t vxs_contact_memory(uint32_t point_count);
+
+/* Makes a scratch in the caller's memory, which must stay until its last use; nothing to close.
+ * memory: any multiple of 16. Returns VXS_OK; VXS_PARAM; VXS_BUFFER (too small or not aligned).
+ * Thread: any, set-up. */
+VXS_API vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count, vxs_contact_scratch **out);
+
+/* Evaluates once. pose: shell frame -> scene frame. map_pose: map frame -> scene frame, NULL for
+ * identity. Returns result->flags; never fails: bad input gets a zero wrench and
+ * VXS_CONTACT_INVALID. Time: linear in the shell's points, none in the map's.
+ * Thread: one per scratch, rt-safe. */
+VXS_API uint32_t vxs_contact_evaluate(const vxs_voxmap *map, const vxs_pose *map_pose, const vxs_pointshell *shell,
+                                      const vxs_pose *pose, const vxs_contact_config *config,
+                                      vxs_contact_scratch *scratch, vxs_contact_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

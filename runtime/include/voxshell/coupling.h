@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * coupling.h - between the collision wrench and the device: the virtual coupling.
+ *
+ * Source: METHOD section 4 (paper section 5). A spring-damper-mass c x + r x' + m x'' read as a
+ * PT2 element with the collision force as its input:
+ *     H(s) = K w0^2 / (w0^2 + 2 d w0 s + s^2),  w0 = sqrt(c/m),  d = r / (2 sqrt(m c)),  K = 1/c
+ * Tustin, s = (2/T) (z-1)/(z+1), gives
+ *     y = b0 u + b1 u_1 + b2 u_2 - a1 y_1 - a2 y_2        (vxs_coupling_design)
+ * The step runs the same transfer function as two trapezoidal integrators per axis: their gain at
+ * rest is exactly K however slow the filter, and rounding cannot move the poles outside.
+ */
+#ifndef VOXSHELL_COUPLING_H
+#define VOXSHELL_COUPLING_H
+
+#include "voxshell/pose.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Kinds.
+ *   NONE           the collision wrench itself
+ *   PT2            the paper's dynamic shaping filter, six axes
+ *   SPRING_DAMPER  McNeely 1999: contact acts on a simulated body (mass, radius of gyration) that
+ *                  hangs on the device by a spring and a damper; the device feels that spring */
+enum { VXS_COUPLING_NONE = 1, VXS_COUPLING_PT2 = 2, VXS_COUPLING_SPRING_DAMPER = 3 };
+
+#define VXS_COUPLING_MIN_HZ 0.05          /* VXS_FREQUENCY: below */
+#define VXS_COUPLING_MAX_RATE 0.49        /* VXS_FREQUENCY: above so many times the sample rate */
+#define VXS_COUPLING_MIN_DAMPING 1e-3     /* VXS_DAMPING */
+#define VXS_COUPLING_MAX_DAMPING 1e3
+#define VXS_COUPLING_MIN_SAMPLE_TIME 1e-5 /* VXS_SAMPLE_TIME [s] */
+#define VXS_COUPLING_MAX_SAMPLE_TIME 0.1
+
+/* Config. Fields of other kinds than `kind` are not looked at. */
+typedef struct vxs_coupling_config {
+    uint32_t struct_size;
+    uint32_t kind;      /* VXS_COUPLING_*, default PT2 */
+    double sample_time; /* T [s], default 0.001 */
+    /* PT2 */
+    double omega0;    /* w0 [rad/s], default 2 pi 5 Hz */
+    double damping;   /* d [1], default 1; SPRING_DAMPER: the spring's zeta as well */
+    double gain;      /* K [1], default 1 */
+    uint32_t prewarp; /* not 0: Tustin exact at w0; default 0 */
+    uint32_t reserved;
+    /* SPRING_DAMPER */
+    double stiffness; /* [N/m], default 1000 */
+    double mass;      /* [kg], default 0.05 */
+    double radius;    /* of gyration of the simulated body [m], default 0.02 */
+} vxs_coupling_config;
+
+/* The biquad of a PT2. */
+typedef struct vxs_coupling_coefficients {
+    double b0, b1, b2, a1, a2;
+} vxs_coupling_coefficients;
+
+/* Flags of a step. */
+enum { VXS_COUPLING_INVALID = 1 << 0 }; /* not finite: zero wrench, and the state was reset */
+
+/* Object. One thread at a time. */
+typedef struct vxs_coupling vxs_coupling;
+
+/* Thread: any, rt-safe. */
+VXS_API void vxs_coupling_config_default(vxs_coupling_config *config);
+
+/* Sets w0, d and K of a PT2 from stiffness c [N/m], damping r [N s/m] and mass m [kg];
+ * K = 1/c with physical_gain not 0, else K = 1. Returns VXS_OK; VXS_PARAM; VXS_IMPEDANCE (config
+ * untouched). Thread: any, set-up. */
+VXS_API vxs_result vxs_coupling_from_impedance(vxs_coupling_config *config, double stiffness, double damping,
+                                               double mass, int physical_gain);
+
+/* VXS_OK; VXS_CONFIG; VXS_PARAM (unknown kind); by name, what cannot be represented:
+ * VXS_SAMPLE_TIME, VXS_FREQUENCY, VXS_DAMPING, VXS_GAIN; VXS_IMPEDANCE (stiffness, mass, radius).
+ * Thread: any, set-up. */
+VXS_API vxs_result vxs_coupling_config_check(const vxs_coupling_config *config);
+
+/* The biquad of a PT2 config. Returns as vxs_coupling_config_check(); VXS_UNSUPPORTED for another
+ * kind. Thread: any, set-up. */
+VXS_API vxs_result vxs_coupling_design(const vxs_coupling_config *config, vxs_coupling_coefficients *out);
+
+/* Name of a kind ("none", "pt2", "spring-damper"), NULL for none such; and back, 0 for none such.
+ * Ownership: static. Thread: any, rt-safe. */
+VXS_API const char *vxs_coupling_kind_name(uint32_t kind);
+VXS_API uint32_t vxs_coupling_kind_named(const char *name);
+
+/* Bytes for vxs_coupling_init(), of any kind. Thread: any, rt-safe. */
+VXS_API size_t vxs_coupling_memory(void);
+
+/* Makes a coupling at rest in the caller's memory (any multiple of 16). Nothing to close.
+ * Returns as vxs_coupling_config_check(), and VXS_BUFFER. Thread: any, set-up. */
+VXS_API vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupling_config *config, vxs_coupling **out);
+
+/* At rest with the device at this pose: no force, no memory. Thread: the coupling's, rt-safe. */
+VXS_API void vxs_coupling_reset(vxs_coupling *coupling, const vxs_pose *device);
+
+/* Where to evaluate contact in this tick: at the device, or at the simulated body.
+ * Thread: the coupling's, rt-safe. */
+VXS_API void vxs_coupling_pose(const vxs_coupling *coupling, const vxs_pose *device, vxs_pose *object);
+
+/* One sample: contact wrench at vxs_coupling_pose() in, wrench for the device out. Values below
+ * 1e-150 count as 0, so that a state that dies away never turns denormal. A number that is not
+ * finite, in or out, resets the coupling: *out is zero and VXS_COUPLING_INVALID is returned.
+ * Thread: the coupling's, rt-safe. */
+VXS_API uint32_t vxs_coupling_step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_pose *device,
+                                   vxs_wrench *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Set-up of contact: config and scratch memory.
+ */
+#include "contact_probe.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { ALIGNMENT = 16 };
+
+void vxs_contact_config_default(vxs_contact_config *config)
+{
+    memset(config, 0, sizeof *config);
+    config->struct_size = sizeof *config;
+    config->law = VXS_CONTACT_AVERAGE;
+    config->weighting = VXS_CONTACT_COUNT;
+    config->stiffness = 1000;
+}
+
+static size_t round_up(size_t size) { return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT; }
+
+size_t vxs_contact_memory(uint32_t point_count)
+{
+    return round_up(sizeof(vxs_contact_scratch)) + (size_t)point_count * sizeof(vxsi_hit) + round_up(point_count);
+}
+
+vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count, vxs_contact_scratch **out)
+{
+    if (!memory || !out) return VXS_PARAM;
+    if ((uintptr_t)memory % ALIGNMENT != 0 || size < vxs_contact_memory(point_count)) return VXS_BUFFER;
+    vxs_contact_scratch *scratch = memory;
+    memset(scratch, 0, sizeof *scratch);
+    scratch->capacity = point_count;
+    scratch->hits = (vxsi_hit *)(void *)((uint8_t *)memory + round_up(sizeof *scratch));
+    scratch->patch = (uint8_t *)(scratch->hits + point_count);
+    *out = scratch;
+    return VXS_OK;
+}
