@@ -8,7 +8,6 @@
 #include <cstring>
 #include <fmt/core.h>
 #include <map>
-#include <memory>
 #include <openvdb/openvdb.h>
 #include <sstream>
 #include <string_view>
@@ -91,20 +90,6 @@ void add_solid(const Cells &cells, const Cell &origin, Tree &tree)
     });
 }
 
-/// Index (0,0,0) at world (h/2, h/2, h/2). OpenVDB's constructors call a voxel below 14 micrometres singular
-/// (h^3 < 3e-15), its reader takes it: so the transform is read from its own serial form.
-openvdb::math::Transform::Ptr transform_of(double h)
-{
-    std::stringstream stream;
-    openvdb::writeString(stream, openvdb::math::UniformScaleTranslateMap::mapType());
-    for (const double value : {h / 2, h, h, 1 / h, 1 / (h * h), 1 / (2 * h)}) // as ScaleTranslateMap::write()
-        openvdb::Vec3d(value).write(stream);
-    auto transform = std::make_shared<openvdb::math::Transform>();
-    openvdb::io::setCurrentVersion(stream);
-    transform->read(stream);
-    return transform;
-}
-
 /// A UUID of version 8 (vendor's own) from the hash of the file with the nil UUID in its place.
 std::string content_uuid(std::span<const std::uint8_t> bytes)
 {
@@ -135,14 +120,18 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
     const Cell origin{cells.origin[0] >> 3, cells.origin[1] >> 3, cells.origin[2] >> 3}; // in bricks
     auto grid = openvdb::Int32Grid::create(VXS_CELL_FREE);
     grid->setName(vdb_grid_name);
-    grid->insertMeta("unit", openvdb::StringMetadata("m"));
-    grid->setTransform(transform_of(cells.voxel));
+    const VdbUnit unit = *std::find_if(vdb_units.begin(), vdb_units.end() - 1,
+                                       [&](const VdbUnit &each) { return cells.voxel >= vdb_min_scale * each.metres; });
+    const double scale = cells.voxel / unit.metres;
+    auto transform = openvdb::math::Transform::createLinearTransform(scale);
+    transform->postTranslate(openvdb::Vec3d(scale / 2));
+    grid->setTransform(transform);
     add_bricks(cells, origin, grid->tree());
     add_solid(cells, origin, grid->tree());
 
     openvdb::MetaMap metadata;
     metadata.insertMeta(vdb_meta_voxel, openvdb::DoubleMetadata(cells.voxel));
-    metadata.insertMeta(vdb_meta_unit, openvdb::StringMetadata("m"));
+    metadata.insertMeta(vdb_meta_unit, openvdb::StringMetadata(std::string(unit.name)));
     metadata.insertMeta(vdb_meta_source, openvdb::StringMetadata(hex(source_hash)));
     metadata.insertMeta(vdb_meta_options, openvdb::StringMetadata(meta));
     metadata.insertMeta(vdb_meta_closed, openvdb::BoolMetadata(cells.closed));

@@ -14,7 +14,8 @@
 namespace voxshell {
 
 /// A reproducible .vdb: Int32 grid `state` (1 surface, 2 interior, background 0), index (i,j,k) = cell, transform
-/// with index (0,0,0) at world (h/2, h/2, h/2), file metadata (voxel, unit, source hash, options), the file's UUID
+/// with index (0,0,0) at world (h/2, h/2, h/2) in metres (a voxel below 20 micrometres: in the `unit` that the metadata
+/// name), file metadata (`voxel` in metres, `unit`, `source_sha256`, `options`, `closed`), the file's UUID
 /// derived from the content instead of OpenVDB's random one. Solid runs become tiles, not voxels. Throws
 /// Failure(requirement) if a cell's index does not fit 32 bits.
 std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta);

@@ -31,7 +31,7 @@ double voxel_of(const openvdb::math::Transform &transform)
     if (!transform.isLinear()) refuse("the transform of grid `state` is not linear");
     const openvdb::Vec3d origin = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
     const double h = transform.indexToWorld(openvdb::Vec3d(1, 0, 0))[0] - origin[0];
-    if (!std::isfinite(h) || h <= 0) refuse(fmt::format("the transform of grid `state` has a voxel of {} m", h));
+    if (!std::isfinite(h) || h <= 0) refuse(fmt::format("the transform of grid `state` has a voxel of {}", h));
     for (int axis = -1; axis < 3; ++axis) {
         openvdb::Vec3d at(0, 0, 0), expected(h / 2);
         if (axis >= 0) {
@@ -42,7 +42,7 @@ double voxel_of(const openvdb::math::Transform &transform)
         for (int a = 0; a < 3; ++a)
             if (!(std::abs(world[a] - expected[a]) <= 1e-9 * h))
                 refuse(fmt::format("the transform of grid `state` is not a uniform scale with index (0, 0, 0) at half a voxel: "
-                                   "index ({}, {}, {}) is at ({}, {}, {}) m",
+                                   "index ({}, {}, {}) is at ({}, {}, {})",
                                    at[0], at[1], at[2], world[0], world[1], world[2]));
     }
     return h;
@@ -210,12 +210,13 @@ VdbFile parse_vdb(const std::filesystem::path &path)
     VdbFile result;
     const openvdb::MetaMap::Ptr owner = file.getMetadata();
     const openvdb::MetaMap &metadata = *owner;
-    const double scale = voxel_of(grid->transform());
+    const std::string unit = value_of<std::string>(metadata, vdb_meta_unit).value_or("m");
+    const auto known = std::find_if(vdb_units.begin(), vdb_units.end(), [&](const VdbUnit &u) { return u.name == unit; });
+    if (known == vdb_units.end()) refuse("file metadata `unit` is none of m, mm, um, nm");
+    const double scale = voxel_of(grid->transform()) * known->metres;
     result.cells.voxel = value_of<double>(metadata, vdb_meta_voxel).value_or(scale);
     if (!(std::abs(result.cells.voxel - scale) <= 1e-9 * scale))
         refuse(fmt::format("file metadata `voxel` is {} m, the transform of grid `state` says {} m", result.cells.voxel, scale));
-    if (const auto unit = value_of<std::string>(metadata, vdb_meta_unit); unit && *unit != "m")
-        refuse(fmt::format("file metadata `unit` is `{}`, not `m`", unit->substr(0, 20)));
     result.cells.closed = value_of<bool>(metadata, vdb_meta_closed).value_or(false);
     result.source_hash = source_of(metadata);
     result.meta = value_of<std::string>(metadata, vdb_meta_options).value_or("{}");
