@@ -113,7 +113,8 @@ class Asset:
             names.add(name)
             self.crcs.append(crc)
             sections.append(Section(name, stride, count, offset, size, at))
-        need(round64(end) == len(self.data), "C205", 16, "file_size is not the end of the last section")
+        if round64(end) != len(self.data):
+            raise Broken("C205", "HEAD", 16, "file_size is not the end of the last section")
         last = sections[-1]
         need(last.name == "META", "C206", last.entry_offset, "the last section is not META")
         need(last.stride == 1, "C206", last.entry_offset, f"stride {last.stride} of META")
@@ -155,9 +156,10 @@ class Asset:
         """The known sections come first and in order (rule), with their strides and one first element (rule + 1)."""
         expected = [n for n in strides if n not in optional or n in self.by_name]
         for n, name in enumerate(expected):
-            section = self.sections[min(n, len(self.sections) - 1)]
-            if section.name != name:
-                raise Broken(rule + "01", "TABL", section.entry_offset, f"{section.name} instead of {name}")
+            there = self.sections[min(n, len(self.sections) - 1)]
+            if there.name != name:
+                blamed = self.by_name[name] if name in optional else there
+                raise Broken(rule + "01", "TABL", blamed.entry_offset, f"{there.name} where {name} belongs")
         for n, name in enumerate(expected):
             section = self.sections[n]
             if section.stride != strides[name]:

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Makes the golden assets through the real writers: `make_golden DIR` writes them, `make_golden --check DIR`
+// compares. A golden's bytes change only with a line in CHANGELOG.md that says why.
+#include "pointshell/pointshell_file.hpp"
+#include "voxmap/voxmap_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+using namespace voxshell;
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+const std::string meta = R"({"golden":true})";
+
+/// The smallest voxmap: one cell.
+Bytes one_cell()
+{
+    VoxmapFile file;
+    file.meta = meta;
+    file.cells.voxel = 0.001;
+    file.cells.bricks.resize(1);
+    file.cells.bricks[0].surface[0] = 1;
+    file.cells.surface_cells = 1;
+    return voxmap_bytes(file);
+}
+
+/// Every kind of entry: a solid chunk, a solid brick, free bricks, one brick of its own; negative cells.
+Bytes uniform()
+{
+    VoxmapFile file;
+    file.meta = meta;
+    file.source_hash = sha256({});
+    Cells &cells = file.cells;
+    cells.voxel = 0.0005;
+    cells.origin = {-64, 0, 64};
+    for (std::int32_t i = 0; i < 8; ++i) {
+        for (std::int32_t j = 0; j < 8; ++j) cells.solid.push_back({i, j, 0, i == 0 && j == 0 ? 8 : 7});
+    }
+    Brick brick;
+    brick.at = {0, 0, 9};
+    brick.surface[0] = 0xff;
+    brick.interior[1] = 0x0f;
+    cells.bricks.push_back(brick);
+    cells.surface_cells = 8;
+    cells.interior_cells = 64 * 64 * 64 + 512 + 4;
+    cells.min = {-64, 0, 64};
+    cells.max = {-1, 63, 143};
+    cells.closed = true;
+    return voxmap_bytes(file);
+}
+
+/// Layers and distances around one cell, over a brick that is free itself.
+Bytes channels()
+{
+    VoxmapFile file;
+    file.meta = meta;
+    Cells &cells = file.cells;
+    cells.voxel = 0.001;
+    cells.bricks.resize(2);
+    cells.bricks[0].surface[7] = 1;
+    cells.bricks[1].at = {1, 0, 0};
+    cells.surface_cells = 1;
+    cells.min = cells.max = {7, 0, 0};
+    Channels &channels = file.channels;
+    channels.layer_count = 2;
+    channels.distance_step = 1.0 / 65536;
+    channels.distance_band = 128.0 / 65536;
+    channels.distance_error = 0.5 / 65536;
+    channels.unsigned_distance = true;
+    channels.layer.resize(2);
+    channels.distance.resize(2);
+    for (int b = 0; b < 2; ++b) {
+        for (int c = 0; c < 512; ++c) {
+            const int i = 8 * b + (c >> 6) - 7, j = c >> 3 & 7, k = c & 7;
+            const double steps = std::sqrt(static_cast<double>(i * i + j * j + k * k)) * 65.536;
+            channels.layer[b][c] = static_cast<std::int8_t>(std::min(std::max({std::abs(i), j, k}), 3));
+            channels.distance[b][c] = static_cast<std::int16_t>(std::min(std::lround(steps), 128L));
+        }
+    }
+    return voxmap_bytes(file);
+}
+
+/// The smallest pointshell: one point, 15 of padding.
+Bytes one_point()
+{
+    PointshellFile file;
+    file.meta = meta;
+    Shell &shell = file.shell;
+    shell.voxel = 0.001;
+    shell.points.push_back(
+        {.position = {0.5f, 0.25f, -2.0f}, .normal = {0, 0, -1}, .area = 1e-6f, .brick = 0, .cell = 0});
+    shell.clusters.push_back({{0.5f, 0.25f, -2.0f}, 0, 0, 1});
+    shell.area = 1e-6;
+    shell.center = {0.5, 0.25, -2};
+    shell.surface_cells = 1;
+    return pointshell_bytes(file);
+}
+
+/// Two clusters with spheres that the points just touch, padding, a normal off the axes.
+Bytes two_clusters()
+{
+    PointshellFile file;
+    file.meta = meta;
+    file.source_hash = sha256({});
+    Shell &shell = file.shell;
+    shell.kind = ShellKind::naive;
+    shell.voxel = 0.0625;
+    for (int p = 0; p < 70; ++p) {
+        const std::array<float, 3> oblique{0.6f, 0, -0.8f}, up{0, 1, 0};
+        shell.points.push_back({.position = {static_cast<float>(p) / 16, 0, 0},
+                                .normal = p % 2 ? oblique : up,
+                                .area = 0.25f,
+                                .brick = 0,
+                                .cell = 0});
+    }
+    shell.clusters.push_back({{31.5f / 16, 0, 0}, 31.5f / 16, 0, 64});
+    shell.clusters.push_back({{66.5f / 16, 0, 0}, 2.5f / 16, 64, 6});
+    shell.area = 17.5;
+    shell.gap_max = 0.0625;
+    shell.surface_error = 0.03125;
+    shell.center = {34.5 / 16, 0, 0};
+    shell.radius = 34.5 / 16;
+    shell.surface_cells = 70;
+    return pointshell_bytes(file);
+}
+
+const struct {
+    const char *name;
+    Bytes (*make)();
+} goldens[] = {{"one_cell.voxmap", one_cell},
+               {"uniform.voxmap", uniform},
+               {"channels.voxmap", channels},
+               {"one_point.pointshell", one_point},
+               {"two_clusters.pointshell", two_clusters}};
+
+Bytes file_bytes(const std::filesystem::path &path)
+{
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    const bool check = argc == 3 && std::string(argv[1]) == "--check";
+    if (argc != 2 && !check) {
+        fmt::print(stderr, "make_golden [--check] DIR\n");
+        return 1;
+    }
+    int differ = 0;
+    for (const auto &golden : goldens) {
+        const std::filesystem::path path = std::filesystem::path(argv[argc - 1]) / golden.name;
+        const Bytes bytes = golden.make();
+        if (!check) {
+            std::ofstream(path, std::ios::binary)
+                .write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        } else if (file_bytes(path) != bytes) {
+            fmt::print(stderr, "{} is not what the writers write now\n", path.string());
+            ++differ;
+        }
+    }
+    return differ ? 1 : 0;
+}
