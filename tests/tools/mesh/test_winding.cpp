@@ -70,10 +70,10 @@ double worst_error(const Mesh &mesh, int points, double spread, const Point &cen
 TEST_CASE("closed meshes: 1 inside, 0 outside, -1 inside an inverted one")
 {
     Mesh m = solids::ball(1, 40);
-    CHECK(WindingNumber(m).at({0.1, 0.2, 0.3}) == doctest::Approx(1).epsilon(1e-3));
-    CHECK(std::abs(WindingNumber(m).at({1.1, 0.2, 0.3})) < 1e-3);
+    CHECK(WindingNumber(m).at({0.1, 0.2, 0.3}) == doctest::Approx(1).epsilon(1e-2));
+    CHECK(std::abs(WindingNumber(m).at({1.1, 0.2, 0.3})) < 1e-2);
     solids::invert(m);
-    CHECK(WindingNumber(m).at({0.1, 0.2, 0.3}) == doctest::Approx(-1).epsilon(1e-3));
+    CHECK(WindingNumber(m).at({0.1, 0.2, 0.3}) == doctest::Approx(-1).epsilon(1e-2));
     CHECK(WindingNumber(Mesh{}).at({0, 0, 0}) == 0);
 }
 
@@ -113,8 +113,8 @@ TEST_CASE("scale and place do not matter")
     for (const double scale : {1e-9, 1e-6, 1e3, 1e12}) {
         const Point far{1e4 * scale, -2e4 * scale, 3e4 * scale};
         const WindingNumber tree(solids::ball(scale, 30, far));
-        CHECK(tree.at({far[0] + 0.5 * scale, far[1], far[2]}) == doctest::Approx(1).epsilon(2e-3));
-        CHECK(std::abs(tree.at({far[0] + 1.5 * scale, far[1], far[2]})) < 2e-3);
+        CHECK(tree.at({far[0] + 0.5 * scale, far[1], far[2]}) == doctest::Approx(1).epsilon(1e-2));
+        CHECK(std::abs(tree.at({far[0] + 1.5 * scale, far[1], far[2]})) < 1e-2);
     }
 }
 

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pointshell/shell.hpp"
+
+#include "pointshell/cluster.hpp"
+#include "pointshell/halo.hpp"
+#include "pointshell/sides.hpp"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <fmt/core.h>
+#include <limits>
+#include <utility>
+
+namespace voxshell {
+namespace {
+
+// Morton order of a brick's 512 cells.
+std::array<std::uint16_t, 512> cell_order()
+{
+    std::array<std::uint16_t, 512> order{};
+    for (std::uint16_t c = 0; c < 512; ++c)
+        order[morton(c >> 6, c >> 3 & 7, c & 7)] = c;
+    return order;
+}
+
+// Buffers of one thread, kept from brick to brick.
+struct Scratch {
+    std::vector<Piece> found, pieces; ///< as found; sorted by cell
+    std::array<std::uint32_t, 513> start{};
+};
+
+struct Portion { // what a run of bricks gives
+    std::vector<ShellPoint> points;
+    double area = 0, surface_error = 0;
+    std::uint64_t cells = 0;
+};
+
+class Maker {
+public:
+    Maker(const LatticeMesh &mesh, const BrickTriangles &binned, const Cells &cells, ShellKind kind)
+        : mesh_(mesh), binned_(binned), cells_(cells), kind_(kind) {}
+
+    // Points of one brick, appended to `out` in Morton order of the cells.
+    void brick(std::size_t index, Scratch &scratch, Portion &out) const;
+
+private:
+    void find_pieces(const Brick &brick, const Cell &corner, Scratch &scratch) const;
+    ShellPoint point(const Side &side, const Cell &cell, Portion &out) const;
+
+    const LatticeMesh &mesh_;
+    const BrickTriangles &binned_;
+    const Cells &cells_;
+    ShellKind kind_;
+    std::array<std::uint16_t, 512> order_ = cell_order();
+};
+
+LatticeTriangle triangle_of(const LatticeMesh &mesh, std::uint32_t t)
+{
+    const auto &[a, b, c] = mesh.triangles[t];
+    return lattice_triangle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]);
+}
+
+void Maker::find_pieces(const Brick &brick, const Cell &corner, Scratch &scratch) const
+{
+    scratch.found.clear();
+    BrickAt at{}; // in the bins' own frame
+    for (int i = 0; i < 3; ++i)
+        at[i] = static_cast<std::int32_t>((corner[i] - binned_.origin[i]) / VXS_VOXMAP_BRICK_CELLS);
+    const auto bin = std::lower_bound(binned_.bricks.begin(), binned_.bricks.end(), at);
+    if (bin == binned_.bricks.end() || *bin != at) return;
+    for (const std::uint32_t t : binned_.of(static_cast<std::size_t>(bin - binned_.bricks.begin()))) {
+        std::array<std::uint64_t, 8> met{};
+        triangle_cells(mesh_, t, corner, met);
+        const LatticeTriangle triangle = triangle_of(mesh_, t);
+        for (int i = 0; i < 8; ++i)
+            for (std::uint64_t bits = met[i] & brick.surface[i]; bits; bits &= bits - 1) {
+                const int jk = std::countr_zero(bits);
+                const Cell cell{corner[0] + i, corner[1] + (jk >> 3), corner[2] + (jk & 7)};
+                const Projection p = project(seen_from(cell, triangle));
+                scratch.found.push_back(
+                    {p.point, p.distance2, p.area, triangle.normal, t, static_cast<std::uint16_t>(i << 6 | jk)});
+            }
+    }
+}
+
+// The float nearest to `x` that lies in [low, high], or the nearest of all where the cell is too small for floats.
+float into(double x, double low, double high)
+{
+    const float f = static_cast<float>(x);
+    float g = f;
+    if (static_cast<double>(f) < low) g = std::nextafter(f, std::numeric_limits<float>::infinity());
+    if (static_cast<double>(f) > high) g = std::nextafter(f, -std::numeric_limits<float>::infinity());
+    return static_cast<double>(g) < low || static_cast<double>(g) > high ? f : g;
+}
+
+ShellPoint Maker::point(const Side &side, const Cell &cell, Portion &out) const
+{
+    const double h = mesh_.voxel;
+    ShellPoint p{};
+    Vec stored; // as rounded, in the cell's frame
+    for (int i = 0; i < 3; ++i) {
+        const double low = h * static_cast<double>(cell[i]), high = h * static_cast<double>(cell[i] + 1);
+        const double within = kind_ == ShellKind::exact ? 0.5 + side.nearest->point[i] : 0.5;
+        p.position[i] = into(low + h * within, low, high);
+        stored[i] = (static_cast<double>(p.position[i]) - low) / h - 0.5;
+        p.normal[i] = static_cast<float>(side.inward[i]);
+    }
+    const double area = side.area * h * h;
+    p.area = static_cast<float>(area);
+    out.area += area;
+    const CellTriangle triangle = seen_from(cell, triangle_of(mesh_, side.nearest->triangle));
+    const Vec off = stored - nearest_on_triangle(triangle, stored);
+    out.surface_error = std::max(out.surface_error, h * std::sqrt(dot(off, off)));
+    return p;
+}
+
+void Maker::brick(std::size_t index, Scratch &scratch, Portion &out) const
+{
+    const Brick &brick = cells_.bricks[index];
+    Cell corner;
+    for (int i = 0; i < 3; ++i)
+        corner[i] = cells_.origin[i] + VXS_VOXMAP_BRICK_CELLS * std::int64_t{brick.at[i]};
+    find_pieces(brick, corner, scratch);
+
+    // Stable counting sort by cell: triangles stay in ascending order.
+    scratch.start.fill(0);
+    for (const Piece &piece : scratch.found) ++scratch.start[piece.cell + 1];
+    for (int c = 0; c < 512; ++c) scratch.start[c + 1] += scratch.start[c];
+    scratch.pieces.resize(scratch.found.size());
+    std::array<std::uint32_t, 512> next;
+    std::copy_n(scratch.start.begin(), 512, next.begin());
+    for (const Piece &piece : scratch.found) scratch.pieces[next[piece.cell]++] = piece;
+
+    for (const std::uint16_t c : order_) {
+        const std::span<const Piece> pieces{scratch.pieces.data() + scratch.start[c],
+                                            scratch.pieces.data() + scratch.start[c + 1]};
+        if (pieces.empty()) continue;
+        const Cell cell{corner[0] + (c >> 6), corner[1] + (c >> 3 & 7), corner[2] + (c & 7)};
+        const Sides sides = sides_of(pieces);
+        for (int s = 0; s < sides.count; ++s) {
+            ShellPoint p = point(sides.side[s], cell, out);
+            p.brick = static_cast<std::uint32_t>(index);
+            p.cell = c;
+            out.points.push_back(p);
+        }
+        ++out.cells;
+    }
+}
+
+} // namespace
+
+Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Cells &cells, ShellKind kind,
+                 Progress &progress)
+{
+    // Bricks in Morton order; with the cells of each brick in Morton order, all points are.
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+    order.reserve(cells.bricks.size());
+    for (std::uint32_t b = 0; b < cells.bricks.size(); ++b) {
+        const BrickAt &at = cells.bricks[b].at;
+        order.push_back({morton(static_cast<std::uint32_t>(at[0]), static_cast<std::uint32_t>(at[1]),
+                                static_cast<std::uint32_t>(at[2])), b});
+    }
+    tbb::parallel_sort(order.begin(), order.end());
+
+    // Portions do not depend on the number of threads, nor does the order of their sums.
+    constexpr std::size_t bricks_per_portion = 32;
+    std::vector<Portion> portions((order.size() + bricks_per_portion - 1) / bricks_per_portion);
+    std::vector<std::uint64_t> first(cells.bricks.size()), last(cells.bricks.size());
+    const Maker maker(mesh, binned, cells, kind);
+    tbb::enumerable_thread_specific<Scratch> scratch;
+    progress.stage("points", order.size());
+    tbb::parallel_for(std::size_t{0}, portions.size(), [&](std::size_t p) {
+        const std::size_t begin = p * bricks_per_portion, end = std::min(order.size(), begin + bricks_per_portion);
+        for (std::size_t o = begin; o < end; ++o) {
+            progress.check();
+            const std::uint32_t b = order[o].second;
+            first[b] = portions[p].points.size(); // within the portion, for now
+            maker.brick(b, scratch.local(), portions[p]);
+            last[b] = portions[p].points.size();
+        }
+        progress.advance(end - begin);
+    }, tbb::simple_partitioner());
+
+    Shell shell;
+    shell.kind = kind;
+    shell.voxel = mesh.voxel;
+    std::size_t count = 0;
+    for (const Portion &portion : portions) count += portion.points.size();
+    if (count > VXS_POINTSHELL_MAX_POINTS)
+        throw Failure(ExitCode::requirement, "",
+                      fmt::format("{} points, a pointshell holds at most {}: use a larger voxel", count,
+                                  static_cast<int>(VXS_POINTSHELL_MAX_POINTS)));
+    shell.points.reserve(count);
+    for (std::size_t p = 0; p < portions.size(); ++p) {
+        Portion &portion = portions[p];
+        const std::size_t end = std::min(order.size(), (p + 1) * bricks_per_portion);
+        for (std::size_t o = p * bricks_per_portion; o < end; ++o) {
+            first[order[o].second] += shell.points.size();
+            last[order[o].second] += shell.points.size();
+        }
+        shell.points.insert(shell.points.end(), portion.points.begin(), portion.points.end());
+        std::vector<ShellPoint>().swap(portion.points);
+        shell.area += portion.area;
+        shell.surface_error = std::max(shell.surface_error, portion.surface_error);
+        shell.surface_cells += portion.cells;
+    }
+    progress.check();
+    borrow_normals(shell, cells, first, last);
+    shell.gap_max = gap_max(shell, cells, first, last);
+    cluster(shell);
+    return shell;
+}
+
+} // namespace voxshell
