@@ -2,6 +2,7 @@
 #include "voxmap/channels.hpp"
 
 #include "voxmap/crossings.hpp"
+#include "voxmap/dilate.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -14,107 +15,12 @@ namespace {
 
 using Vec = std::array<double, 3>; ///< in cells, relative to a brick's minimum corner
 
-constexpr std::size_t no_brick = SIZE_MAX;
-
-std::size_t find_brick(const std::vector<Brick> &bricks, const BrickAt &at)
-{
-    const auto found = std::lower_bound(bricks.begin(), bricks.end(), at, [](const Brick &b, const BrickAt &key) { return b.at < key; });
-    return found != bricks.end() && found->at == at ? static_cast<std::size_t>(found - bricks.begin()) : no_brick;
-}
-
-/// Adds every brick that has a cell within `reach` cells (Chebyshev) of a surface cell. Solid runs give way.
-void widen(Cells &cells, int reach)
-{
-    std::vector<BrickAt> wanted;
-    for (const Brick &b : cells.bricks) {
-        std::uint64_t all = 0;
-        int low[3] = {8, 0, 0}, high[3] = {-1, 0, 0};
-        for (int i = 0; i < 8; ++i)
-            if (b.surface[i]) all |= b.surface[i], low[0] = std::min(low[0], i), high[0] = i;
-        if (!all) continue;
-        std::uint64_t row = all | all >> 32;
-        row |= row >> 16;
-        row = (row | row >> 8) & 0xff;
-        low[1] = std::countr_zero(all) / 8, high[1] = 7 - std::countl_zero(all) / 8;
-        low[2] = std::countr_zero(row), high[2] = 63 - std::countl_zero(row);
-        const auto reaches = [&](int axis, int step) { return step == 0 || (step < 0 ? low[axis] - reach < 0 : high[axis] + reach > 7); };
-        for (int i = -1; i <= 1; ++i)
-            for (int j = -1; j <= 1; ++j)
-                for (int k = -1; k <= 1; ++k)
-                    if ((i || j || k) && reaches(0, i) && reaches(1, j) && reaches(2, k)) wanted.push_back({b.at[0] + i, b.at[1] + j, b.at[2] + k});
-    }
-    std::sort(wanted.begin(), wanted.end());
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-
-    // The band may leave the box: move the origin down by whole chunks so that bricks stay >= 0.
-    Cell shift{};
-    for (const BrickAt &at : wanted)
-        for (int a = 0; a < 3; ++a)
-            if (at[a] < 0) shift[a] = VXS_VOXMAP_CHUNK_BRICKS;
-    const auto moved = [&](const BrickAt &at) {
-        return BrickAt{at[0] + static_cast<std::int32_t>(shift[0]), at[1] + static_cast<std::int32_t>(shift[1]), at[2] + static_cast<std::int32_t>(shift[2])};
-    };
-    for (Brick &b : cells.bricks) b.at = moved(b.at);
-    for (SolidRun &r : cells.solid) {
-        r.i += static_cast<std::int32_t>(shift[0]), r.j += static_cast<std::int32_t>(shift[1]);
-        r.first += static_cast<std::int32_t>(shift[2]), r.last += static_cast<std::int32_t>(shift[2]);
-    }
-    for (int a = 0; a < 3; ++a) cells.origin[a] -= 8 * shift[a];
-
-    std::vector<Brick> merged;
-    std::vector<SolidRun> solid;
-    merged.reserve(cells.bricks.size() + wanted.size());
-    std::size_t b = 0, run = 0;
-    SolidRun rest = cells.solid.empty() ? SolidRun{INT32_MAX, 0, 0, 0} : cells.solid[0];
-    const auto next_run = [&] { rest = ++run < cells.solid.size() ? cells.solid[run] : SolidRun{INT32_MAX, 0, 0, 0}; };
-    for (const BrickAt &unmoved : wanted) {
-        const BrickAt at = moved(unmoved);
-        while (b < cells.bricks.size() && cells.bricks[b].at < at) merged.push_back(cells.bricks[b++]);
-        if (b < cells.bricks.size() && cells.bricks[b].at == at) continue;
-        while (BrickAt{rest.i, rest.j, rest.last} < at) solid.push_back(rest), next_run();
-        Brick extra;
-        extra.at = at;
-        if (rest.i == at[0] && rest.j == at[1] && rest.first <= at[2]) {
-            extra.interior.fill(~std::uint64_t{0});
-            if (rest.first < at[2]) solid.push_back({rest.i, rest.j, rest.first, at[2] - 1});
-            rest.first = at[2] + 1;
-            if (rest.first > rest.last) next_run();
-        }
-        merged.push_back(extra);
-    }
-    merged.insert(merged.end(), cells.bricks.begin() + static_cast<std::ptrdiff_t>(b), cells.bricks.end());
-    for (; run < cells.solid.size(); next_run()) solid.push_back(rest);
-    cells.bricks = std::move(merged);
-    cells.solid = std::move(solid);
-}
-
-/// Spreads a plane of 8 x 8 bits by one along each axis, inside the brick; the borders come from the neighbours.
-struct Neighbourhood {
-    std::array<std::array<std::uint64_t, 8>, 27> word{}; ///< brick (i, j, k) of -1..1 at 9 (i + 1) + 3 (j + 1) + k + 1
-
-    /// Bits of plane `i` (-1..8), shifted so that the result's bit (j, k) is the source's (j + dj, k + dk).
-    std::uint64_t plane(int i, int dj, int dk) const
-    {
-        const int bi = i < 0 ? 0 : i > 7 ? 2 : 1, local = i & 7;
-        const auto part = [&](int bj, int bk) { return word[static_cast<std::size_t>(9 * bi + 3 * bj + bk)][static_cast<std::size_t>(local)]; };
-        const auto along_k = [&](int bj) { // shift by dk with the bytes of the k neighbour
-            const std::uint64_t own = part(bj, 1);
-            constexpr std::uint64_t top = 0x8080808080808080, bottom = 0x0101010101010101;
-            if (dk > 0) return (own >> 1 & ~top) | (part(bj, 2) & bottom) << 7;
-            if (dk < 0) return (own << 1 & ~bottom) | (part(bj, 0) & top) >> 7;
-            return own;
-        };
-        if (dj > 0) return along_k(1) >> 8 | along_k(2) << 56;
-        if (dj < 0) return along_k(1) << 8 | along_k(0) >> 56;
-        return along_k(1);
-    }
-};
-
-/// One ring after another: bits of ring r are the dilation of all before.
-void make_layers(const Cells &cells, const std::vector<std::array<std::size_t, 27>> &neighbours, int count, Channels &out)
+/// One ring after another: the cells that the next dilation adds.
+void make_layers(const Cells &cells, int count, Channels &out)
 {
     const std::size_t bricks = cells.bricks.size();
-    std::vector<std::array<std::uint64_t, 8>> covered(bricks), next(bricks);
+    const BrickNeighbours neighbours(cells);
+    std::vector<CellMask> covered(bricks);
     out.layer.resize(bricks);
     tbb::parallel_for(std::size_t{0}, bricks, [&](std::size_t b) {
         covered[b] = cells.bricks[b].surface;
@@ -124,23 +30,15 @@ void make_layers(const Cells &cells, const std::vector<std::array<std::size_t, 2
         }
     });
     for (int ring = 1; ring <= count; ++ring) {
+        std::vector<CellMask> wider = dilate(covered, neighbours);
         tbb::parallel_for(std::size_t{0}, bricks, [&](std::size_t b) {
-            Neighbourhood around;
-            for (std::size_t n = 0; n < 27; ++n)
-                if (neighbours[b][n] != no_brick) around.word[n] = covered[neighbours[b][n]];
-            for (int i = 0; i < 8; ++i) {
-                std::uint64_t any = 0;
-                for (int di = -1; di <= 1; ++di)
-                    for (int dj = -1; dj <= 1; ++dj)
-                        for (int dk = -1; dk <= 1; ++dk) any |= around.plane(i + di, dj, dk);
-                next[b][i] = any;
-                for (std::uint64_t fresh = any & ~covered[b][i]; fresh; fresh &= fresh - 1) {
-                    std::int8_t &layer = out.layer[b][64 * static_cast<std::size_t>(i) + static_cast<std::size_t>(std::countr_zero(fresh))];
+            for (std::size_t i = 0; i < 8; ++i)
+                for (std::uint64_t fresh = wider[b][i] & ~covered[b][i]; fresh; fresh &= fresh - 1) {
+                    std::int8_t &layer = out.layer[b][64 * i + static_cast<std::size_t>(std::countr_zero(fresh))];
                     layer = static_cast<std::int8_t>(layer < 0 ? -ring : ring);
                 }
-            }
         });
-        covered.swap(next);
+        covered.swap(wider);
     }
     out.layer_count = count;
 }
@@ -312,40 +210,25 @@ void make_distance(const Cells &cells, const LatticeMesh &mesh, const BrickTrian
 /// Bricks that say nothing more than "beyond", in one state, become uniform again (formats/voxmap.md M306).
 void prune(Cells &cells, Channels &channels)
 {
-    std::size_t kept = 0;
-    std::vector<SolidRun> solid;
+    std::vector<std::uint8_t> silent(cells.bricks.size());
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
         const Brick &brick = cells.bricks[b];
         std::uint64_t surface = 0, any = 0, all = ~std::uint64_t{0};
-        for (int i = 0; i < 8; ++i) surface |= brick.surface[i], any |= brick.interior[i], all &= brick.interior[i];
-        bool silent = !surface && (any == 0 || all == ~std::uint64_t{0});
-        for (std::size_t c = 0; c < 512 && silent; ++c)
-            silent = (channels.layer.empty() || std::abs(channels.layer[b][c]) == channels.layer_count + 1) &&
-                     (channels.distance.empty() || std::abs(channels.distance[b][c]) == 32767);
-        if (silent) {
-            if (any) solid.push_back({brick.at[0], brick.at[1], brick.at[2], brick.at[2]});
-            continue;
-        }
-        if (kept != b) {
-            cells.bricks[kept] = brick;
-            if (!channels.layer.empty()) channels.layer[kept] = channels.layer[b];
-            if (!channels.distance.empty()) channels.distance[kept] = channels.distance[b];
-        }
-        ++kept;
+        for (std::size_t i = 0; i < 8; ++i) surface |= brick.surface[i], any |= brick.interior[i], all &= brick.interior[i];
+        bool quiet = !surface && (any == 0 || all == ~std::uint64_t{0});
+        for (std::size_t c = 0; c < 512 && quiet; ++c)
+            quiet = (channels.layer.empty() || std::abs(channels.layer[b][c]) == channels.layer_count + 1) &&
+                    (channels.distance.empty() || std::abs(channels.distance[b][c]) == 32767);
+        silent[b] = quiet;
     }
-    cells.bricks.resize(kept);
-    if (!channels.layer.empty()) channels.layer.resize(kept);
-    if (!channels.distance.empty()) channels.distance.resize(kept);
-    if (solid.empty()) return;
-    solid.insert(solid.end(), cells.solid.begin(), cells.solid.end());
-    std::sort(solid.begin(), solid.end(), [](const SolidRun &a, const SolidRun &b) { return BrickAt{a.i, a.j, a.first} < BrickAt{b.i, b.j, b.first}; });
-    cells.solid.clear();
-    for (const SolidRun &r : solid) {
-        if (!cells.solid.empty() && cells.solid.back().i == r.i && cells.solid.back().j == r.j && cells.solid.back().last + 1 == r.first)
-            cells.solid.back().last = r.last;
-        else
-            cells.solid.push_back(r);
-    }
+    const std::vector<std::size_t> kept = make_uniform(cells, silent);
+    const auto keep = [&](auto &channel) {
+        if (channel.empty()) return;
+        for (std::size_t n = 0; n < kept.size(); ++n) channel[n] = channel[kept[n]];
+        channel.resize(kept.size());
+    };
+    keep(channels.layer);
+    keep(channels.distance);
 }
 
 } // namespace
@@ -360,15 +243,7 @@ Channels make_channels(Cells &cells, const LatticeMesh &mesh, const BrickTriangl
     if (request.layers == 0 && request.distance_cells == 0) return out;
     // A centre within d of a point of the mesh is within ceil(d + 1/2) cells of that point's cell.
     widen(cells, std::max(request.layers, static_cast<int>(std::ceil(request.distance_cells + 0.5))));
-    if (request.layers > 0) {
-        std::vector<std::array<std::size_t, 27>> neighbours(cells.bricks.size());
-        tbb::parallel_for(std::size_t{0}, cells.bricks.size(), [&](std::size_t b) {
-            for (int n = 0; n < 27; ++n)
-                neighbours[b][static_cast<std::size_t>(n)] =
-                    find_brick(cells.bricks, {cells.bricks[b].at[0] + n / 9 - 1, cells.bricks[b].at[1] + n / 3 % 3 - 1, cells.bricks[b].at[2] + n % 3 - 1});
-        });
-        make_layers(cells, neighbours, request.layers, out);
-    }
+    if (request.layers > 0) make_layers(cells, request.layers, out);
     if (request.distance_cells > 0)
         make_distance(cells, mesh, binned, winding, closed_and_oriented, request.distance_cells, out, progress);
     prune(cells, out);

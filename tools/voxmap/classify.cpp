@@ -7,6 +7,8 @@
 // neighbouring columns is the whole flood fill.
 #include "voxmap/classify.hpp"
 
+#include "voxmap/dilate.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -195,6 +197,8 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
 {
     progress.stage("classify", 4);
     Classification out;
+    cells.solid.clear(); // whatever was decided before is decided anew
+    for (Brick &brick : cells.bricks) brick.interior = {};
     const Columns columns = find_runs(cells);
     progress.advance(1);
     progress.check();
@@ -265,6 +269,66 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
     fill(cells, columns, interior);
     recount(cells);
     progress.advance(1);
+    return out;
+}
+
+Classification classify_closing(Cells &cells, const WindingNumber &winding, double gap, Progress &progress)
+{
+    const double wanted = std::ceil(gap / 2 / cells.voxel);
+    if (!(gap > 0) || wanted > 32)
+        throw Failure(ExitCode::usage, "", "a gap to close is between one and 64 voxels wide");
+
+    // Thicken: the surface of `thick` is every cell within the radius; `cells` gets the same bricks.
+    Cells thick = cells;
+    for (int left = static_cast<int>(wanted); left > 0;) {
+        const int step = std::min(left, 8);
+        widen(thick, step);
+        const BrickNeighbours neighbours(thick);
+        std::vector<CellMask> masks(thick.bricks.size());
+        for (std::size_t b = 0; b < masks.size(); ++b) masks[b] = thick.bricks[b].surface;
+        for (int ring = 0; ring < step; ++ring) masks = dilate(masks, neighbours);
+        for (std::size_t b = 0; b < masks.size(); ++b) thick.bricks[b].surface = masks[b];
+        left -= step;
+    }
+    const Classification out = classify(thick, winding, progress);
+
+    std::vector<CellMask> covered(thick.bricks.size());
+    std::size_t own = 0;
+    const Cell shift{(cells.origin[0] - thick.origin[0]) / 8, (cells.origin[1] - thick.origin[1]) / 8, (cells.origin[2] - thick.origin[2]) / 8};
+    for (std::size_t b = 0; b < thick.bricks.size(); ++b) {
+        Brick &brick = thick.bricks[b];
+        covered[b] = brick.surface;
+        brick.surface = {};
+        if (own == cells.bricks.size()) continue;
+        BrickAt at = cells.bricks[own].at;
+        for (std::size_t a = 0; a < 3; ++a) at[a] += static_cast<std::int32_t>(shift[a]);
+        if (at == brick.at) brick.surface = cells.bricks[own++].surface;
+    }
+    progress.stage("close gaps", thick.bricks.size());
+    tbb::parallel_for(std::size_t{0}, thick.bricks.size(), [&](std::size_t b) {
+        if ((b & 63) == 0) progress.check();
+        Brick &brick = thick.bricks[b];
+        for (std::size_t i = 0; i < 8; ++i)
+            for (std::uint64_t left = covered[b][i] & ~brick.surface[i]; left; left &= left - 1) {
+                const int bit = std::countr_zero(left);
+                const int local[3] = {static_cast<int>(i), bit >> 3, bit & 7};
+                Point center;
+                for (std::size_t a = 0; a < 3; ++a)
+                    center[a] = cells.voxel * (static_cast<double>(thick.origin[a] + 8 * std::int64_t{brick.at[a]} + local[a]) + 0.5);
+                if (std::abs(winding.at(center)) >= 0.5) brick.interior[i] |= std::uint64_t{1} << bit;
+            }
+        progress.advance(1);
+    });
+    std::vector<std::uint8_t> silent(thick.bricks.size());
+    for (std::size_t b = 0; b < silent.size(); ++b) {
+        std::uint64_t surface = 0, any = 0, all = ~std::uint64_t{0};
+        for (std::size_t i = 0; i < 8; ++i) surface |= thick.bricks[b].surface[i], any |= thick.bricks[b].interior[i], all &= thick.bricks[b].interior[i];
+        silent[b] = !surface && (any == 0 || all == ~std::uint64_t{0});
+    }
+    make_uniform(thick, silent);
+    recount(thick);
+    thick.closed = cells.closed;
+    cells = std::move(thick);
     return out;
 }
 

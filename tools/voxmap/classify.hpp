@@ -27,4 +27,9 @@ struct Classification {
 /// without a surface cell are outside. Deterministic for any thread count.
 Classification classify(Cells &cells, const WindingNumber &winding, Progress &progress);
 
+/// The remedy for a leaking part: as classify(), but the outside may not pass a gap narrower than `gap` [m]. The surface
+/// is thickened by gap / 2 (rounded up to cells) for the flood alone; a cell that only the thickening covered is
+/// interior where its winding is >= 1/2. Surface cells stay as they are. Throws Failure(usage) for more than 64 cells.
+Classification classify_closing(Cells &cells, const WindingNumber &winding, double gap, Progress &progress);
+
 } // namespace voxshell

@@ -141,6 +141,45 @@ TEST_CASE("a hole smaller than a cell does not leak")
     CHECK_FALSE(made.said.leak);
 }
 
+TEST_CASE("closing gaps: a ball with a hole of five cells is solid again, its surface cells unchanged")
+{
+    const double h = 0.0005, hole = 0.0028;
+    Mesh ball = solids::sphere({0, 0, 0}, 0.02, 96);
+    std::erase_if(ball.triangles, [&](const Triangle &t) {
+        bool near = true;
+        for (const std::uint32_t v : t) near = near && ball.vertices[v][1] > 0 && std::hypot(ball.vertices[v][0], ball.vertices[v][2]) < hole / 2;
+        return near;
+    });
+    const Made leaking = make(ball, h);
+    CHECK(leaking.said.leak);
+    CHECK(leaking.cells.interior_cells == 0);
+    Progress silent;
+    Cells closed = leaking.cells;
+    const Classification said = classify_closing(closed, WindingNumber(ball), hole + h, silent);
+    CHECK_FALSE(said.leak);
+    CHECK(closed.surface_cells == leaking.cells.surface_cells);
+    std::uint64_t wrong = 0, surface = 0;
+    Cell c;
+    for (c[0] = -44; c[0] < 44; ++c[0])
+        for (c[1] = -44; c[1] < 44; ++c[1])
+            for (c[2] = -44; c[2] < 44; ++c[2]) {
+                const int state = cell_state(closed, c);
+                const Point center{h * (static_cast<double>(c[0]) + 0.5), h * (static_cast<double>(c[1]) + 0.5), h * (static_cast<double>(c[2]) + 0.5)};
+                surface += state == VXS_CELL_SURFACE;
+                wrong += (state == VXS_CELL_SURFACE) != (cell_state(leaking.cells, c) == VXS_CELL_SURFACE);
+                if (std::abs(std::hypot(center[0], center[1], center[2]) - 0.02) < 2 * h || state == VXS_CELL_SURFACE) continue;
+                wrong += (state == VXS_CELL_INTERIOR) != in_ball(center, 0.02);
+            }
+    CHECK(wrong == 0);
+    CHECK(surface == closed.surface_cells);
+    CHECK_THROWS_AS(classify_closing(closed, WindingNumber(ball), 1, silent), Failure);
+
+    // A wide reach: several steps of eight cells, bricks far from any surface cell become uniform again.
+    Cells wide = leaking.cells;
+    classify_closing(wide, WindingNumber(ball), 20 * h, silent);
+    CHECK(wide.interior_cells == closed.interior_cells);
+}
+
 TEST_CASE("the same cells for one thread and for two, and at every scale and place")
 {
     const Mesh ball = solids::sphere({0, 0, 0}, 0.02);
