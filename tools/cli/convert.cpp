@@ -270,7 +270,7 @@ VerbAction add_convert(CLI::App &verb)
     verb.add_option("INPUT", o->inputs, "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, NAME.pointshell")->required();
     verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")->required()->type_name("DIR");
     add_length(verb, "--voxel", o->voxel,
-               "edge of a cell, with its unit as in 0.5mm, 2e-4m (no default, needed for parts, a scene says its own; 1e-12m to 1e6m; um, mm, cm, m, in)");
+               "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e6m; no default: required, but a scene says it)");
     verb.add_option("--up", o->up, "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
         ->check(CLI::IsMember({"y", "z"}))->type_name("AXIS");
     verb.add_option("--shell", o->shell, "points: exact (on the surface) or naive (centres of cells) (default exact)")

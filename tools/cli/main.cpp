@@ -68,7 +68,8 @@ std::string help(const CLI::App *app, std::string, CLI::AppFormatMode)
         }
         std::string name = option->get_name(false, true);
         for (std::size_t at; (at = name.find(",--")) != std::string::npos;) name.replace(at, 1, ", ");
-        if (option->get_items_expected_max() > 0) name += " " + option->get_type_name();
+        const std::string type = option->get_type_name(); // "AXIS:{y,z}": the text tells the values
+        if (option->get_items_expected_max() > 0) name += " " + type.substr(0, type.find(':'));
         options += row(name, option->get_description());
     }
     if (!verb) {
@@ -95,13 +96,14 @@ int run(int argc, char **argv)
     CLI::App app{"CAD scenes to haptic assets, and what is done with them"};
     app.formatter_fn(help);
     app.set_help_flag("-h,--help", "this page");
-    app.set_version_flag("--version", "voxshell " VOXSHELL_VERSION);
+    app.set_version_flag("--version", "voxshell " VOXSHELL_VERSION, "this program's version");
     std::vector<std::pair<CLI::App *, VerbAction>> actions;
     std::string chosen;
     try {
         for (const Verb &verb : verbs()) {
             CLI::App *sub = app.add_subcommand(verb.name, verb.summary);
             sub->set_help_flag("-h,--help", "this page");
+            sub->set_version_flag("--version", "voxshell " VOXSHELL_VERSION, "this program's version");
             actions.emplace_back(sub, verb.add(*sub));
         }
         if (argc > 1 && find_verb(argv[1])) chosen = argv[1];

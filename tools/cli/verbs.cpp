@@ -6,7 +6,7 @@ namespace voxshell {
 std::span<const Verb> verbs()
 {
     static constexpr Verb table[] = {
-        {"convert", "CAD files to assets: .stl .gltf .glb -> .vdb .voxmap .pointshell",
+        {"convert", "CAD files and scenes to assets: .stl .gltf .glb .scene.json -> .vdb .voxmap .pointshell",
          "voxshell convert part.stl --unit mm -o out --voxel 0.5mm", add_convert},
 #ifdef VOXSHELL_HAS_INSPECT
         {"inspect", "what is in an asset", "voxshell inspect out/part.voxmap", add_inspect},

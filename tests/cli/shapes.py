@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small solids made here, so that the tests need no data: lists of triangles, written as STL or GLB."""
+import json
+import math
+import struct
+
+
+def box(x=10.0, y=10.0, z=10.0, at=(0.0, 0.0, 0.0)):
+    corner = [tuple(at[n] + size * (corner >> n & 1) for n, size in enumerate((x, y, z))) for corner in range(8)]
+    quads = (0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)
+    return [tuple(corner[n] for n in t) for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+
+
+def revolve(profile, segments):
+    """A profile of (radius, height) turned about +Y, bottom to top, outside to the right."""
+    rings = [[(r * math.cos(2 * math.pi * j / segments), y, r * math.sin(2 * math.pi * j / segments)) if r > 1e-9
+              else (0.0, y, 0.0) for j in range(segments)] for r, y in profile]
+    out = []
+    for low, high in zip(rings, rings[1:]):
+        for j in range(segments):
+            k = (j + 1) % segments
+            out += [t for t in ((low[j], high[k], low[k]), (low[j], high[j], high[k])) if len(set(t)) == 3]
+    return out
+
+
+def sphere(radius=10.0, rings=24):
+    return revolve([(radius * math.sin(math.pi * i / rings) if 0 < i < rings else 0.0,
+                     -radius * math.cos(math.pi * i / rings)) for i in range(rings + 1)], 2 * rings)
+
+
+def cup(radius=20.0, height=30.0, wall=2.0, segments=48):
+    inner = radius - wall
+    return revolve([(0.0, 0.0), (radius, 0.0), (radius, height), (inner, height), (inner, wall), (0.0, wall)], segments)
+
+
+def flipped(triangles):
+    return [(a, c, b) for a, b, c in triangles]
+
+
+def write_stl(path, triangles):
+    with open(path, 'wb') as file:
+        file.write(b'\0' * 80 + struct.pack('<I', len(triangles)))
+        for t in triangles:
+            file.write(struct.pack('<12fH', 0, 0, 0, *(x for p in t for x in p), 0))
+    return str(path)
+
+
+def write_glb(path, triangles, scale=1e-3):
+    """Indexed, metres (`scale` turns the shape's millimetres into them)."""
+    index, order = {}, []
+    for t in triangles:
+        for p in t:
+            order.append(index.setdefault(p, len(index)))
+    points = [[x * scale for x in p] for p in index]
+    buffer = b''.join(struct.pack('<3f', *p) for p in points)
+    split = len(buffer)
+    buffer += struct.pack(f'<{len(order)}I', *order)
+    single = [struct.unpack('<3f', struct.pack('<3f', *p)) for p in points]
+    document = {
+        'asset': {'version': '2.0'}, 'scene': 0, 'scenes': [{'nodes': [0]}], 'nodes': [{'mesh': 0, 'name': 'part'}],
+        'meshes': [{'primitives': [{'attributes': {'POSITION': 0}, 'indices': 1}]}],
+        'accessors': [{'bufferView': 0, 'componentType': 5126, 'type': 'VEC3', 'count': len(points),
+                       'min': [min(p[n] for p in single) for n in range(3)],
+                       'max': [max(p[n] for p in single) for n in range(3)]},
+                      {'bufferView': 1, 'componentType': 5125, 'type': 'SCALAR', 'count': len(order)}],
+        'bufferViews': [{'buffer': 0, 'byteOffset': 0, 'byteLength': split},
+                        {'buffer': 0, 'byteOffset': split, 'byteLength': len(buffer) - split}],
+        'buffers': [{'byteLength': len(buffer)}]}
+    text = json.dumps(document).encode()
+    text += b' ' * (-len(text) % 4)
+    with open(path, 'wb') as file:
+        file.write(struct.pack('<4sII', b'glTF', 2, 28 + len(text) + len(buffer)))
+        file.write(struct.pack('<II', len(text), 0x4E4F534A) + text)
+        file.write(struct.pack('<II', len(buffer), 0x004E4942) + buffer)
+    return str(path)
