@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/temporary_folder.hpp"
 #include "study/trace.hpp"
 
 #include <fmt/format.h>
@@ -21,26 +22,6 @@ namespace voxshell {
 namespace {
 
 namespace fs = std::filesystem;
-
-class TemporaryFolder {
-public:
-    TemporaryFolder()
-    {
-        std::string name = (fs::temp_directory_path() / "voxshell-plot-XXXXXX").string();
-        if (!mkdtemp(name.data())) {
-            throw Failure(ExitCode::system, name, std::string("cannot make a temporary folder: ") + std::strerror(errno));
-        }
-        path = name;
-    }
-    ~TemporaryFolder()
-    {
-        std::error_code ignored;
-        fs::remove_all(path, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder &) = delete;
-    TemporaryFolder &operator=(const TemporaryFolder &) = delete;
-    fs::path path;
-};
 
 /// Runs gnuplot on the script; what it draws goes to `out`. Its exit code.
 int run_gnuplot(const fs::path &script, const fs::path &out, const fs::path &err)

@@ -1,0 +1,419 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/servo_run.hpp"
+
+#include "voxshell/servo_thread.h"
+#include "voxshell/simulated.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <thread>
+
+namespace voxshell {
+namespace {
+
+constexpr std::uint64_t most_ticks = 100'000'000;
+
+double length(const double v[3])
+{
+    return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/// Memory for one of the runtime's objects.
+class Memory {
+public:
+    explicit Memory(std::size_t size)
+        : size_((size + 63) / 64 * 64), bytes_(static_cast<std::byte *>(::operator new(size_, std::align_val_t(64))))
+    {
+    }
+    ~Memory() { ::operator delete(bytes_, std::align_val_t(64)); }
+    Memory(const Memory &) = delete;
+    Memory &operator=(const Memory &) = delete;
+    void *get() const { return bytes_; }
+    std::size_t size() const { return size_; }
+
+private:
+    std::size_t size_;
+    std::byte *bytes_;
+};
+
+void check(vxs_result result, const std::string &where)
+{
+    if (result != VXS_OK) {
+        throw Failure(ExitCode::invalid, "", where + ": " + vxs_result_text(result));
+    }
+}
+
+vxs_pose as_runtime(const Pose &pose)
+{
+    const auto &[x, y, z, w] = pose.rotation;
+    return {{pose.position[0], pose.position[1], pose.position[2]}, {w, x, y, z}};
+}
+
+vxs_contact_config contact_of(const SceneFile &scene)
+{
+    vxs_contact_config config;
+    vxs_contact_config_default(&config);
+    config.law = scene.law == ContactLaw::original ? VXS_CONTACT_ORIGINAL : VXS_CONTACT_AVERAGE;
+    config.weighting = scene.weighting == Weighting::area           ? VXS_CONTACT_AREA
+                       : scene.weighting == Weighting::count_capped ? VXS_CONTACT_COUNT_CAPPED
+                                                                    : VXS_CONTACT_COUNT;
+    config.stiffness = scene.stiffness;
+    check(vxs_contact_config_check(&config), scene.path.string() + ": /contact");
+    return config;
+}
+
+vxs_coupling_config coupling_of(const SceneFile &scene)
+{
+    vxs_coupling_config config;
+    vxs_coupling_config_default(&config);
+    config.sample_time = 1 / scene.rate;
+    config.damping = scene.damping;
+    config.omega0 = 2 * std::numbers::pi * scene.frequency;
+    config.stiffness = scene.spring_stiffness;
+    config.mass = scene.mass;
+    config.kind = scene.coupling == CouplingKind::none  ? VXS_COUPLING_NONE
+                  : scene.coupling == CouplingKind::pt2 ? VXS_COUPLING_PT2
+                                                        : VXS_COUPLING_SPRING_DAMPER;
+    check(vxs_coupling_config_check(&config), scene.path.string() + ": /coupling");
+    return config;
+}
+
+/// A simulated device at the start of the hand's path.
+class Simulated {
+public:
+    Simulated(const SceneFile &scene, const std::string &name) : memory_(vxs_simulated_memory())
+    {
+        const vxs_simulated_profile *profile =
+            name.starts_with("sim:") ? vxs_simulated_profile_named(name.c_str() + 4) : nullptr;
+        if (!profile) {
+            std::string known;
+            for (std::uint32_t n = 0; const auto *each = vxs_simulated_profile_at(n); ++n) {
+                known += (n ? ", sim:" : "sim:") + std::string(each->name);
+            }
+            throw Failure(ExitCode::usage, "", "no device '" + name + "'; there are " + known);
+        }
+        vxs_simulated_config config;
+        vxs_simulated_config_default(&config, profile);
+        config.arm = *vxs_simulated_arm_named(scene.arm.c_str());
+        config.sample_time = 1 / scene.rate;
+        config.start = as_runtime(scene.hand.at(0));
+        check(vxs_simulated_open(memory_.get(), memory_.size(), &config, &device), name);
+    }
+    ~Simulated() { vxs_device_close(device); }
+    Simulated(const Simulated &) = delete;
+    Simulated &operator=(const Simulated &) = delete;
+    vxs_device *device = nullptr;
+
+private:
+    Memory memory_;
+};
+
+vxs_servo_config servo_of(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell,
+                          const vxs_device_caps &caps)
+{
+    vxs_servo_config config;
+    vxs_servo_config_default(&config);
+    config.map = &map;
+    config.shell = &shell;
+    config.contact = contact_of(scene);
+    config.coupling = coupling_of(scene);
+    config.max_force = caps.peak_force;
+    if (caps.peak_torque > 0) {
+        config.max_torque = caps.peak_torque;
+    }
+    check(vxs_servo_config_check(&config), scene.path.string());
+    return config;
+}
+
+class Servo {
+public:
+    explicit Servo(const vxs_servo_config &config) : memory_(vxs_servo_memory(&config))
+    {
+        check(vxs_servo_init(memory_.get(), memory_.size(), &config, &servo), "servo");
+    }
+    vxs_servo *servo = nullptr;
+
+private:
+    Memory memory_;
+};
+
+std::uint64_t ticks_of(const SceneFile &scene, double seconds)
+{
+    const double ticks = std::round(seconds * scene.rate);
+    if (!(ticks >= 1) || ticks > static_cast<double>(most_ticks)) {
+        throw Failure(ExitCode::usage, "",
+                      fmt::format("--seconds must give between 1 and {} ticks at {} Hz", most_ticks, scene.rate));
+    }
+    return static_cast<std::uint64_t>(ticks);
+}
+
+void move_hand(vxs_device *device, const Pose &pose)
+{
+    const vxs_pose target = as_runtime(pose);
+    vxs_simulated_hand(device, target.position, target.orientation);
+}
+
+/// Adds up what happens, tick by tick.
+class Account {
+public:
+    Account(ServoRun &run, bool keep_rows) : run_(run), keep_rows_(keep_rows) {}
+
+    void add(const vxs_servo_trace &row, double t, const Point &hand)
+    {
+        const double collision = length(row.collision.force), output = length(row.command.force);
+        run_.collision_peak = std::max(run_.collision_peak, collision);
+        run_.output_peak = std::max(run_.output_peak, output);
+        run_.points_most = std::max(run_.points_most, row.points);
+        run_.depth_most = std::max(run_.depth_most, row.depth);
+        const double ahead[3] = {hand[0] - row.pose.position[0], hand[1] - row.pose.position[1],
+                                 hand[2] - row.pose.position[2]};
+        run_.reach_most = std::max(run_.reach_most, length(ahead));
+        if (row.points > 0) {
+            ++run_.contact_ticks;
+            sum_ += output;
+            run_.output_mean = sum_ / static_cast<double>(run_.contact_ticks);
+        }
+        run_.flags |= row.flags;
+        for (unsigned bit = 0; bit < run_.flag_ticks.size(); ++bit) {
+            run_.flag_ticks[bit] += row.flags >> bit & 1u;
+        }
+        ++run_.ticks;
+        if (keep_rows_) {
+            const auto point = [](const double v[3]) { return Point{v[0], v[1], v[2]}; };
+            run_.rows.push_back({t, point(row.pose.position), hand, point(row.collision.force),
+                                 point(row.collision.torque), point(row.command.force), row.points, row.flags});
+        }
+    }
+
+private:
+    ServoRun &run_;
+    bool keep_rows_;
+    double sum_ = 0;
+};
+
+Durations durations(std::vector<float> &ns)
+{
+    if (ns.empty()) {
+        return {};
+    }
+    const auto at = [&](double share) {
+        const auto n = static_cast<std::size_t>(share * static_cast<double>(ns.size() - 1));
+        std::nth_element(ns.begin(), ns.begin() + static_cast<std::ptrdiff_t>(n), ns.end());
+        return static_cast<double>(ns[n]);
+    };
+    return {at(0.5), at(0.99), at(0.999), at(1)};
+}
+
+Durations durations(const vxs_servo_thread_histogram &histogram)
+{
+    std::uint64_t total = 0;
+    for (const std::uint64_t count : histogram.bins) {
+        total += count;
+    }
+    const auto at = [&](double share) {
+        std::uint64_t seen = 0;
+        for (unsigned bin = 0; bin < VXS_SERVO_THREAD_BINS; ++bin) {
+            seen += histogram.bins[bin];
+            if (static_cast<double>(seen) >= share * static_cast<double>(total)) {
+                return std::min(1e3 * std::ldexp(1.0, static_cast<int>(bin)), static_cast<double>(histogram.max_ns));
+            }
+        }
+        return static_cast<double>(histogram.max_ns);
+    };
+    return {at(0.5), at(0.99), at(0.999), static_cast<double>(histogram.max_ns)};
+}
+
+using Clock = std::chrono::steady_clock;
+
+float ns_since(Clock::time_point begin)
+{
+    return std::chrono::duration<float, std::nano>(Clock::now() - begin).count();
+}
+
+void run_virtual(const SceneFile &scene, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
+                 Account &account, Progress &progress)
+{
+    std::vector<float> ns;
+    ns.reserve(ticks);
+    vxs_device_state state{};
+    vxs_device_command command{};
+    vxs_servo_trace row{};
+    for (std::uint64_t n = 0; n < ticks; ++n) {
+        const double t = static_cast<double>(n) / scene.rate;
+        const Pose hand = scene.hand.at(t);
+        move_hand(device, hand);
+        const auto begin = Clock::now();
+        vxs_device_exchange(device, &command, &state, nullptr);
+        vxs_servo_tick(servo, &state, &command, &row);
+        ns.push_back(ns_since(begin));
+        account.add(row, t, hand.position);
+        progress.advance(1);
+        if (n % 256 == 0) {
+            progress.check();
+        }
+    }
+    run.tick = durations(ns);
+}
+
+/// What the servo thread needs to move the hand without computing: the whole path, made before.
+struct Hands {
+    vxs_device *device;
+    std::vector<Pose> poses;
+};
+
+extern "C" void move_to_tick(void *user, std::uint64_t tick)
+{
+    const auto *hands = static_cast<const Hands *>(user);
+    move_hand(hands->device, hands->poses[std::min<std::size_t>(tick, hands->poses.size() - 1)]);
+}
+
+void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
+                  Account &account, Progress &progress)
+{
+    Hands hands{device, {}};
+    hands.poses.reserve(ticks);
+    for (std::uint64_t n = 0; n < ticks; ++n) {
+        hands.poses.push_back(scene.hand.at(static_cast<double>(n) / scene.rate));
+    }
+    constexpr std::uint32_t ring_rows = 1 << 14;
+    const Memory ring(vxs_trace_memory(ring_rows)), room(vxs_servo_thread_memory());
+    vxs_servo_thread_config config;
+    vxs_servo_thread_config_default(&config);
+    config.rate_hz = scene.rate;
+    config.max_ticks = ticks;
+    config.device = device;
+    config.servo = servo;
+    config.on_tick = move_to_tick;
+    config.user = &hands;
+    check(vxs_trace_init(ring.get(), ring.size(), ring_rows, &config.trace), "trace");
+    vxs_servo_thread *thread = nullptr;
+    check(vxs_servo_thread_start(room.get(), room.size(), &config, &thread), "--realtime");
+
+    struct Stop {
+        vxs_servo_thread *thread;
+        ~Stop() { vxs_servo_thread_stop(thread); }
+    };
+    std::vector<vxs_servo_trace> rows(1024);
+    vxs_servo_thread_status status{};
+    {
+        const Stop stop{thread};
+        for (bool running = true; running;) {
+            vxs_servo_thread_get(thread, &status);
+            running = status.running; // asked first: what it left in the ring is drained once more
+            for (std::size_t count; (count = vxs_trace_drain(config.trace, rows.data(), rows.size())) > 0;) {
+                for (std::size_t n = 0; n < count; ++n) {
+                    const std::size_t tick = std::min<std::size_t>(rows[n].tick, hands.poses.size() - 1);
+                    account.add(rows[n], static_cast<double>(rows[n].tick) / scene.rate, hands.poses[tick].position);
+                }
+                progress.advance(count);
+            }
+            progress.check();
+            std::this_thread::sleep_for(std::chrono::milliseconds(running ? 20 : 0));
+        }
+        vxs_servo_thread_get(thread, &status);
+    }
+    run.tick = durations(status.work);
+    run.realtime = {status.scheduling_text, status.memory_text, status.missed, vxs_trace_dropped(config.trace),
+                    durations(status.lateness)};
+}
+
+} // namespace
+
+ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell, const RunOptions &options,
+                   Progress &progress)
+{
+    const std::uint64_t ticks = ticks_of(scene, options.seconds);
+    const Simulated simulated(scene, options.device);
+    const Servo servo(servo_of(scene, map, shell, simulated.device->caps));
+    check(vxs_device_arm(simulated.device), options.device);
+    progress.stage("servo", ticks);
+    ServoRun run;
+    Account account(run, options.keep_rows);
+    (options.realtime ? run_realtime : run_virtual)(scene, simulated.device, servo.servo, ticks, run, account, progress);
+    return run;
+}
+
+std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell,
+                                 const RunOptions &options, Progress &progress)
+{
+    const std::uint64_t ticks = std::min<std::uint64_t>(ticks_of(scene, options.seconds), 100'000);
+    const Simulated simulated(scene, options.device);
+    const vxs_servo_config config = servo_of(scene, map, shell, simulated.device->caps);
+    const Servo servo(config);
+    check(vxs_device_arm(simulated.device), options.device);
+    const Memory room(vxs_contact_memory(shell.point_count)), filter(vxs_coupling_memory());
+    vxs_contact_scratch *scratch = nullptr;
+    check(vxs_contact_init(room.get(), room.size(), shell.point_count, &scratch), "contact");
+    vxs_coupling *coupling = nullptr;
+    check(vxs_coupling_init(filter.get(), filter.size(), &config.coupling, &coupling), "coupling");
+
+    std::vector<float> exchange, contact, couple, whole;
+    vxs_device_state state{};
+    vxs_device_command command{};
+    progress.stage("explain", ticks);
+    for (std::uint64_t n = 0; n < ticks; ++n) {
+        move_hand(simulated.device, scene.hand.at(static_cast<double>(n) / scene.rate));
+        auto begin = Clock::now();
+        vxs_device_exchange(simulated.device, &command, &state, nullptr);
+        exchange.push_back(ns_since(begin));
+
+        vxs_contact_result result;
+        begin = Clock::now();
+        vxs_contact_evaluate(&map, nullptr, &shell, &state.pose, &config.contact, scratch, &result);
+        contact.push_back(ns_since(begin));
+
+        vxs_wrench out;
+        begin = Clock::now();
+        vxs_coupling_step(coupling, &result.wrench, &state.pose, &out);
+        couple.push_back(ns_since(begin));
+
+        begin = Clock::now();
+        vxs_servo_tick(servo.servo, &state, &command, nullptr);
+        whole.push_back(ns_since(begin));
+        progress.advance(1);
+        if (n % 256 == 0) {
+            progress.check();
+        }
+    }
+    const char *law = scene.law == ContactLaw::original ? "original" : "average";
+    const std::string kind = vxs_coupling_kind_name(config.coupling.kind);
+    return {
+        {"exchange", fmt::format("{}: pose and velocity in, the last command out", options.device), durations(exchange)},
+        {"contact", fmt::format("{} points into cells of {} mm, law {}", shell.point_count, 1e3 * map.voxel, law),
+         durations(contact)},
+        {"coupling",
+         scene.coupling == CouplingKind::pt2
+             ? fmt::format("pt2 at {} Hz, damping {}, six axes", scene.frequency, scene.damping)
+             : kind,
+         durations(couple)},
+        {"tick", fmt::format("contact, coupling, clamp to {} N, ramp: the whole of it", config.max_force), durations(whole)},
+    };
+}
+
+std::string flag_name(unsigned bit)
+{
+    switch (1u << bit) {
+    case VXS_CONTACT_DEEP: return "deep";
+    case VXS_CONTACT_MEAN_CANCELLED: return "mean-cancelled";
+    case VXS_CONTACT_OUT_OF_MAP: return "out-of-map";
+    case VXS_CONTACT_OVERFLOW: return "overflow";
+    case VXS_CONTACT_INVALID: return "invalid";
+    case VXS_SERVO_OFF: return "off";
+    case VXS_SERVO_RAMPING: return "ramping";
+    case VXS_SERVO_START_IN_CONTACT: return "start-in-contact";
+    case VXS_SERVO_SLEWED: return "slewed";
+    case VXS_SERVO_SATURATED: return "saturated";
+    case VXS_SERVO_DEVICE_STALE: return "stale";
+    case VXS_SERVO_MISSED: return "missed";
+    case VXS_SERVO_DEVICE_LOST: return "lost";
+    case VXS_SERVO_FAULT: return "fault";
+    default: return "";
+    }
+}
+
+} // namespace voxshell

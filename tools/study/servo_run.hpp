@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene on a simulated device through the runtime's own servo: in virtual time, or on the servo thread.
+#pragma once
+
+#include "cli/progress.hpp"
+#include "scene/scene_file.hpp"
+#include "study/trace.hpp"
+
+#include "voxshell/pointshell.h"
+#include "voxshell/voxmap.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace voxshell {
+
+struct RunOptions {
+    std::string device; ///< "sim:NAME"
+    double seconds = 0;
+    bool realtime = false; ///< on the servo thread, at the wall clock's rate; otherwise virtual time, and as fast as it goes
+    bool keep_rows = false; ///< fill ServoRun::rows
+};
+
+/// How long something took [ns].
+struct Durations {
+    double p50 = 0, p99 = 0, p999 = 0, max = 0;
+};
+
+struct Stage {
+    std::string name, what;
+    Durations ns;
+};
+
+struct ServoRun {
+    std::uint64_t ticks = 0;
+    double collision_peak = 0, output_peak = 0; ///< |force| [N]
+    double output_mean = 0;                     ///< |force| over the ticks in contact [N]
+    std::uint64_t contact_ticks = 0;
+    std::uint32_t points_most = 0; ///< in contact at once
+    double depth_most = 0;         ///< [m], of a point under the plane of its cell
+    double reach_most = 0;         ///< how far the hand's target was ahead of the device [m]
+    std::uint32_t flags = 0;       ///< of all ticks, or-ed (VXS_SERVO_*, VXS_CONTACT_*)
+    std::array<std::uint64_t, 32> flag_ticks{}; ///< ticks with bit n set
+    Durations tick;                ///< exchange and tick; of the thread's histogram (powers of two) in real time
+    struct Realtime {
+        std::string scheduling, memory; ///< granted, or why not
+        std::uint64_t missed = 0;
+        std::uint64_t rows_dropped = 0; ///< too late for the trace
+        Durations lateness;             ///< upper ends of the thread's histogram bins, and the largest
+    };
+    std::optional<Realtime> realtime;
+    std::vector<TraceRow> rows;
+};
+
+/// Runs the loop: options.seconds at the scene's rate, the device armed at the start of the hand's path. Throws
+/// Failure: usage (no such device; seconds), invalid (a coupling that the rate does not carry), interrupted.
+ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell, const RunOptions &options,
+                   Progress &progress);
+
+/// What runs in a tick, in order, each stage measured alone along the same hand's path.
+std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell,
+                                 const RunOptions &options, Progress &progress);
+
+/// Name of flag bit n ("deep", "saturated"), empty for none such.
+std::string flag_name(unsigned bit);
+
+} // namespace voxshell
