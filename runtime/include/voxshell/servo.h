@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * servo.h - the loop: device state in, device command out, once a sample.
+ *
+ * vxs_servo_tick() is pure: no clock, no system call, no allocation; virtual or real time is the
+ * caller's choice. One tick:
+ *     pose -> contact -> coupling -> slew limit -> clamp (one common factor) -> ramp -> command
+ * vxs_servo_thread runs device exchange and tick on the wall clock (servo_thread.h).
+ *
+ * What a hand can rely on:
+ *   - force is zero until the device is ARMED, and ramps up over ramp_time from then on;
+ *   - armed inside or touching the scene: zero and VXS_SERVO_START_IN_CONTACT until it was free once;
+ *   - a number that is not finite, from the device or from a computation: FAULT, zero force, latched
+ *     until vxs_servo_clear();
+ *   - a stalled loop or link: the command decays to zero within decay_time (10 ms) of its deadline, and
+ *     the ramp goes on from what the hand felt last;
+ *   - a device in FAULT or GONE gets zero.
+ *
+ *     vxs_servo_config config;
+ *     vxs_servo_config_default(&config);
+ *     config.map = &map;
+ *     config.shell = &shell;
+ *     config.max_force = device->caps.peak_force;
+ *     void *memory = aligned_alloc(64, vxs_servo_memory(&config));
+ *     vxs_servo_init(memory, vxs_servo_memory(&config), &config, &servo);
+ *     vxs_device_arm(device);
+ *     for (;;) {
+ *         vxs_device_exchange(device, &command, &state, NULL);
+ *         vxs_servo_tick(servo, &state, &command, NULL);
+ *     }
+ */
+#ifndef VOXSHELL_SERVO_H
+#define VOXSHELL_SERVO_H
+
+#include "voxshell/contact.h"
+#include "voxshell/coupling.h"
+#include "voxshell/device.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Flags of a tick. The low byte is the contact's (VXS_CONTACT_*). */
+enum {
+    VXS_SERVO_CONTACT_FLAGS = 0xFF,
+    VXS_SERVO_OFF = 1 << 8,               /* the device is not ARMED: zero force */
+    VXS_SERVO_RAMPING = 1 << 9,           /* the gain is still below 1 */
+    VXS_SERVO_START_IN_CONTACT = 1 << 10, /* zero force until the object was free once */
+    VXS_SERVO_SLEWED = 1 << 11,           /* the slew limit acted */
+    VXS_SERVO_SATURATED = 1 << 12,        /* the clamp acted */
+    VXS_SERVO_DEVICE_STALE = 1 << 13,     /* no new measurement since the last tick */
+    VXS_SERVO_MISSED = 1 << 14,           /* ticks were missed before this one */
+    VXS_SERVO_DEVICE_LOST = 1 << 15,      /* the device is in FAULT or GONE, or stale past hold and decay: zero force */
+    VXS_SERVO_FAULT = 1 << 16             /* latched zero force until vxs_servo_clear() */
+};
+
+/* Config. map and shell are borrowed until the servo's last tick. */
+typedef struct vxs_servo_config {
+    uint32_t struct_size;
+    uint32_t reserved;
+    const vxs_voxmap *map;       /* the static scene */
+    const vxs_pointshell *shell; /* the dynamic object */
+    vxs_pose map_pose;           /* map -> scene; default identity */
+    vxs_pose mount;              /* device frame -> scene frame; default identity */
+    vxs_pose grip;               /* shell -> device tip, scene metres; default identity. Torque is about the tip:
+                                    contact.reference is set from it */
+    double scale;                /* scene metres per device metre, > 0; default 1 */
+    vxs_contact_config contact;
+    vxs_coupling_config coupling; /* its sample_time is the tick's T */
+    double max_force;             /* [N] > 0; default 3 */
+    double max_torque;            /* [N m] > 0; default 0.2 */
+    double max_slew;              /* [N/s], in proportion for torque; INFINITY: no limit; 0 (default): from
+                                     zero to max_force in 4 ms */
+    double ramp_time;             /* [s] >= 0; default 0.5 */
+    double hold_time;             /* [s] >= 0 a command is full; 0 (default): two samples */
+    double decay_time;            /* [s] > 0 from there to zero; default 0.01 */
+} vxs_servo_config;
+
+/* One row of a trace. Frame: the device's for pose and command, the scene's for collision and output. */
+typedef struct vxs_servo_trace {
+    uint64_t tick;          /* from 0 on */
+    int64_t time_ns;        /* the device's */
+    vxs_pose pose;          /* of the device */
+    vxs_wrench collision;   /* of the contact */
+    vxs_wrench output;      /* of the coupling, before slew, clamp and ramp */
+    vxs_wrench command;     /* as commanded */
+    double depth;           /* [m] */
+    double gain;            /* of the ramp, 0 .. 1 */
+    uint32_t points;        /* colliding */
+    uint32_t deep_points;
+    uint32_t patches;
+    uint32_t flags;         /* VXS_SERVO_* | VXS_CONTACT_* */
+} vxs_servo_trace;
+
+/* Object. One thread at a time. */
+typedef struct vxs_servo vxs_servo;
+
+/* All but map and shell. Thread: any, rt-safe. */
+VXS_API void vxs_servo_config_default(vxs_servo_config *config);
+
+/* VXS_OK; VXS_CONFIG; VXS_PARAM; as vxs_contact_config_check() and vxs_coupling_config_check().
+ * Thread: any, set-up. */
+VXS_API vxs_result vxs_servo_config_check(const vxs_servo_config *config);
+
+/* Bytes for vxs_servo_init(); 0 without map or shell. Thread: any, rt-safe. */
+VXS_API size_t vxs_servo_memory(const vxs_servo_config *config);
+
+/* Makes a servo in the caller's memory (any multiple of 16), at rest. Nothing to close.
+ * Returns as vxs_servo_config_check(), and VXS_BUFFER. Thread: any, set-up. */
+VXS_API vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *config, vxs_servo **out);
+
+/* One sample. *command is always written, also in FAULT. trace may be NULL. Returns flags.
+ * Thread: the servo's, rt-safe. */
+VXS_API uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_device_command *command,
+                                vxs_servo_trace *trace);
+
+/* Ends a FAULT: the next tick starts as if the device had just been armed.
+ * Thread: the servo's, rt-safe. */
+VXS_API void vxs_servo_clear(vxs_servo *servo);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
