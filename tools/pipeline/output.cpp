@@ -80,7 +80,8 @@ fs::path folder_of(const fs::path &path)
 
 } // namespace
 
-void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes)
+/// Makes the folders above `path`; whether a regular file is there already.
+bool Outputs::make_way(const fs::path &path)
 {
     const fs::path folder = folder_of(path);
     std::vector<fs::path> missing;
@@ -93,8 +94,26 @@ void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes)
 
     std::error_code ignored;
     const fs::file_status there = fs::status(path, ignored);
-    if (fs::exists(there)) {
-        if (!fs::is_regular_file(there)) throw Failure(ExitCode::system, path.string(), "exists and is not a file");
+    if (!fs::exists(there)) return false;
+    if (!fs::is_regular_file(there)) throw Failure(ExitCode::system, path.string(), "exists and is not a file");
+    return true;
+}
+
+/// A temporary file beside `path`, pending; its descriptor.
+int Outputs::create(const fs::path &path)
+{
+    static std::atomic<unsigned> serial{0};
+    const fs::path temporary =
+        folder_of(path) / fmt::format(".{}.{}-{}.tmp", path.filename().string(), getpid(), serial++);
+    const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) fail(path, errno);
+    pending_.push_back({temporary, path});
+    return file;
+}
+
+void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes)
+{
+    if (make_way(path)) {
         if (same_content(path, bytes)) {
             pending_.push_back({{}, path});
             return;
@@ -102,14 +121,34 @@ void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes)
         if (!force_)
             throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
     }
-
-    static std::atomic<unsigned> serial{0};
-    const fs::path temporary =
-        folder / fmt::format(".{}.{}-{}.tmp", path.filename().string(), getpid(), serial++);
-    Descriptor file(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-    if (file.get() < 0) fail(path, errno);
-    pending_.push_back({temporary, path});
+    Descriptor file(create(path));
     write_all(path, file.get(), bytes);
+    if (fsync(file.get()) != 0) fail(path, errno);
+    if (file.close() != 0) fail(path, errno);
+}
+
+void Outputs::add_stream(const fs::path &path, const std::function<void(const Sink &)> &write)
+{
+    const bool exists = make_way(path);
+    Descriptor file(create(path));
+    std::uint64_t size = 0;
+    bool same = exists; // with what is there, so far
+    const Descriptor old(exists ? open(path.c_str(), O_RDONLY | O_CLOEXEC) : -1);
+    std::string block;
+    write([&](std::string_view piece) {
+        write_all(path, file.get(), {reinterpret_cast<const std::uint8_t *>(piece.data()), piece.size()});
+        if (same) {
+            block.resize(piece.size());
+            same = pread(old.get(), block.data(), block.size(), static_cast<off_t>(size)) == static_cast<ssize_t>(block.size()) &&
+                   block == piece;
+        }
+        size += piece.size();
+        if (exists && !same && !force_)
+            throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
+    });
+    std::error_code ignored;
+    if (exists && !(same && fs::file_size(path, ignored) == size) && !force_)
+        throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
     if (fsync(file.get()) != 0) fail(path, errno);
     if (file.close() != 0) fail(path, errno);
 }

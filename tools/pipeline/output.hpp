@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace voxshell {
@@ -23,12 +25,17 @@ public:
     /// (Failure(system), "exists with other content; --force overwrites") unless `force`.
     void add(const std::filesystem::path &path, std::span<const std::uint8_t> bytes);
     void add(const std::filesystem::path &path, const std::string &text);
+    /// The same for a file too large to hold: `write` hands its bytes to the sink piece by piece.
+    using Sink = std::function<void(std::string_view)>;
+    void add_stream(const std::filesystem::path &path, const std::function<void(const Sink &)> &write);
     void commit();
 
 private:
     struct Pending {
         std::filesystem::path temporary, target; ///< no temporary: the same bytes are there already
     };
+    bool make_way(const std::filesystem::path &path);
+    int create(const std::filesystem::path &path);
     std::vector<Pending> pending_;
     std::vector<std::filesystem::path> made_folders_;
     bool force_;
