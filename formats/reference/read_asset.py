@@ -158,8 +158,7 @@ class Asset:
         for n, name in enumerate(expected):
             there = self.sections[min(n, len(self.sections) - 1)]
             if there.name != name:
-                blamed = self.by_name[name] if name in optional else there
-                raise Broken(rule + "01", "TABL", blamed.entry_offset, f"{there.name} where {name} belongs")
+                raise Broken(rule + "01", "TABL", there.entry_offset, f"{there.name} where {name} belongs")
         for n, name in enumerate(expected):
             section = self.sections[n]
             if section.stride != strides[name]:

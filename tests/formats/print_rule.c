@@ -37,8 +37,9 @@ int main(void)
             vxs_asset_close(&asset);
         } else {
             uint32_t id = issue.section;
-            printf("%c%u %c%c%c%c %llu\n", issue.letter, (unsigned)issue.rule, (int)(id & 0xFF), (int)(id >> 8 & 0xFF),
-                   (int)(id >> 16 & 0xFF), (int)(id >> 24 & 0xFF), (unsigned long long)issue.offset);
+            printf("%c%u %c%c%c%c %llu\n", issue.letter, (unsigned)issue.rule, (int)(id & 0xFF),
+                   (int)(id >> 8 & 0xFF), (int)(id >> 16 & 0xFF), (int)(id >> 24 & 0xFF),
+                   (unsigned long long)issue.offset);
         }
         free(data);
     }

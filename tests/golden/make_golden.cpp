@@ -161,7 +161,8 @@ int main(int argc, char **argv)
         const Bytes bytes = golden.make();
         if (!check) {
             std::ofstream(path, std::ios::binary)
-                .write(reinterpret_cast<const char *>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+                .write(reinterpret_cast<const char *>(bytes.data()),
+                       static_cast<std::streamsize>(bytes.size()));
         } else if (file_bytes(path) != bytes) {
             fmt::print(stderr, "{} is not what the writers write now\n", path.string());
             ++differ;
