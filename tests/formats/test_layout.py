@@ -3,7 +3,7 @@
 """The tables of the format pages are the structs of the C headers: test_layout.py --compiler CC.
 
 Takes every table under a heading "### `struct`, N bytes" and lets a compiler compare offset, size and type of each field,
-that nothing is left out, and that the fields fill the struct."""
+that nothing is left out, and that the fields fill the struct. The byte listings of the pages are the goldens they name."""
 import argparse
 import os
 import re
@@ -46,6 +46,30 @@ def assertions(struct, size, rows):
     assert end == size, f"{struct}: the table ends at {end} of {size}"
 
 
+def listed_bytes(listing):
+    """The file that a listing "offset  bytes  text" shows: ".." repeats the line before up to the next offset, and
+    "(N bytes 0)" means what it says."""
+    data, line_before = bytearray(), b""
+    for line in listing.strip().splitlines():
+        zeros = re.search(r"\((\d+) bytes 0\)$", line)
+        if line.strip() == "..":
+            continue
+        offset = int(line[:4], 16)
+        while len(data) < offset:
+            data += line_before
+        assert len(data) == offset, f"the listing leaves out bytes before {line!r}"
+        line_before = bytes(int(zeros[1])) if zeros else bytes.fromhex(line[6:54])
+        data += line_before
+    return data
+
+
+def check_listing(page):
+    with open(os.path.join(ROOT, "formats", page + ".md"), encoding="utf-8") as file:
+        name, listing = re.search(r"^\[`([\w.]+)`\]\(.*?```\n(.*?)```", file.read(), re.MULTILINE | re.DOTALL).groups()
+    with open(os.path.join(ROOT, "tests", "golden", "valid", name), "rb") as file:
+        assert file.read() == listed_bytes(listing), f"{page}.md lists other bytes than {name} has"
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--compiler", default="cc")
@@ -65,6 +89,8 @@ def main():
             file.write("\n".join(lines) + "\n")
         subprocess.run([compiler, "-std=c11", "-Wall", "-Werror", "-fsyntax-only", "-I", os.path.join(ROOT, "formats", "include"),
                         source], check=True)
+    check_listing("voxmap")
+    check_listing("pointshell")
     print(f"{len(structs)} structs, {len(lines)} lines compared")
 
 
