@@ -386,7 +386,7 @@ class Voxmap(Asset):
                     yield i + (c >> 2 * shift), j + (c >> shift & edge - 1), k + (c & edge - 1), state
 
     def summary(self):
-        names = {"LAYR": "layer", "DIST": "distance"}
+        names = {"LAYR": "layers", "DIST": "distance"}
         return {**super().summary(), "voxel_m": self.voxel,
                 "bbox_cells": {"min": list(self.bbox_min), "max": list(self.bbox_max)},
                 "surface_cells": self.surface_cells, "interior_cells": self.interior_cells,

@@ -65,7 +65,7 @@ def listed_bytes(listing):
 
 def check_listing(page):
     with open(os.path.join(ROOT, "formats", page + ".md"), encoding="utf-8") as file:
-        name, listing = re.search(r"^\[`([\w.]+)`\]\(.*?```\n(.*?)```", file.read(), re.MULTILINE | re.DOTALL).groups()
+        name, listing = re.search(r"^\[`(\w+\.(?:voxmap|pointshell))`\]\(.*?```\n(.*?)```", file.read(), re.MULTILINE | re.DOTALL).groups()
     with open(os.path.join(ROOT, "tests", "golden", "valid", name), "rb") as file:
         assert file.read() == listed_bytes(listing), f"{page}.md lists other bytes than {name} has"
 

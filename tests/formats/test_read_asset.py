@@ -62,7 +62,7 @@ def check_command():
     summary = json.loads(run(golden("uniform.voxmap"))[1])
     assert summary["interior_cells"] == 262660 and summary["surface_cells"] == 8 and summary["channels"] == []
     assert summary["bbox_cells"] == {"min": [-64, 0, 64], "max": [-1, 63, 143]}
-    assert json.loads(run(golden("channels.voxmap"))[1])["channels"] == ["layer", "distance"]
+    assert json.loads(run(golden("channels.voxmap"))[1])["channels"] == ["layers", "distance"]
 
     with tempfile.TemporaryDirectory() as folder:
         broken = os.path.join(folder, "broken.voxmap")
