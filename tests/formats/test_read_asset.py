@@ -10,9 +10,10 @@ import tempfile
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 READER = os.path.join(ROOT, "formats", "reference", "read_asset.py")
 VALID = os.path.join(ROOT, "tests", "golden", "valid")
-sys.path.insert(0, os.path.dirname(READER))
+sys.path += [os.path.dirname(READER), os.path.join(ROOT, "tests", "cli")]
 
 import read_asset  # noqa: E402
+import schema  # noqa: E402
 
 
 def golden(name):
@@ -80,7 +81,16 @@ def check_command():
     assert status == 0 and "--check" in out and not err
 
 
+def check_schema():
+    with open(os.path.join(ROOT, "formats", "schema", "inspect.schema.json"), encoding="utf-8") as file:
+        inspect = json.load(file)
+    for name in os.listdir(VALID):
+        found = schema.problems(read_asset.open_asset(golden(name)).summary(), inspect)
+        assert not found, f"{name}: {found}"
+
+
 if __name__ == "__main__":
+    check_schema()
     check_cells()
     check_points()
     check_command()
