@@ -43,12 +43,12 @@ struct GltfDraco {
 struct GltfDocument {
     tinygltf::Model model; ///< scenes, nodes, meshes, accessors, bufferViews; nothing else
     std::vector<GltfBuffer> buffers;
-    std::span<const std::uint8_t> bin; ///< payload of the BIN chunk
-    std::vector<std::optional<GltfMeshopt>> meshopt;               ///< per bufferView
-    std::map<std::pair<int, int>, GltfDraco> draco;                ///< per {mesh, primitive}
-    std::map<int, std::map<std::string, int>> instancing;          ///< EXT_mesh_gpu_instancing: attributes per node
-    std::vector<std::string> required;                             ///< extensionsRequired
-    bool quantized = false;                                        ///< KHR_mesh_quantization is in use
+    std::span<const std::uint8_t> bin;                    ///< payload of the BIN chunk
+    std::vector<std::optional<GltfMeshopt>> meshopt;      ///< per bufferView
+    std::map<std::pair<int, int>, GltfDraco> draco;       ///< per {mesh, primitive}
+    std::map<int, std::map<std::string, int>> instancing; ///< EXT_mesh_gpu_instancing: attributes per node
+    std::vector<std::string> required;                    ///< extensionsRequired
+    bool quantized = false;                               ///< KHR_mesh_quantization is in use
     bool declares_scene = false;
     std::size_t animations = 0;
 
@@ -59,17 +59,18 @@ struct GltfDocument {
 };
 
 /// Parses and validates the JSON text (gltf_validate.cpp).
-GltfDocument read_gltf_document(const Source &source, std::string_view json, std::span<const std::uint8_t> bin);
+GltfDocument read_gltf_document(const Source &source, std::string_view json,
+                                std::span<const std::uint8_t> bin);
 
 /// The document's default scene as meshes and instances (gltf_scene.cpp).
 Scene import_gltf_document(const Source &source, const GltfDocument &document);
 
 std::size_t gltf_component_size(int component_type); ///< [bytes]
 
-/// Bytes and numbers of a document. Loads lazily, decodes each view once, keeps a budget of decoded elements so
-/// that a small file cannot ask for unbounded memory or time.
+/// Bytes and numbers of a document. Loads lazily, decodes each view once, keeps a budget of decoded elements
+/// so that a small file cannot ask for unbounded memory or time.
 class GltfBuffers {
-public:
+  public:
     GltfBuffers(const Source &source, const GltfDocument &document, std::vector<Warning> &warnings);
 
     /// Exactly bufferView.byteLength bytes, decompressed where an extension says so.
@@ -83,27 +84,27 @@ public:
     /// Takes `elements` from the budget; refuses when it is used up.
     void spend(std::uint64_t elements);
 
-private:
+  private:
     std::span<const std::uint8_t> buffer(std::size_t index);
     std::span<const std::uint8_t> external(std::size_t index, const std::string &uri);
     Bytes decompress(std::size_t view, const GltfMeshopt &link);
     std::span<const std::uint8_t> elements(int view, std::uint64_t offset, std::uint64_t bytes);
-    template <class T, class Read>
+    template<class T, class Read>
     std::vector<T> read(std::size_t accessor, Read read_component);
 
     const Source &source_;
     const GltfDocument &document_;
     std::vector<Warning> &warnings_;
     std::vector<std::optional<std::span<const std::uint8_t>>> buffers_;
-    std::map<std::string, Bytes> files_;      ///< by canonical path
-    std::map<std::size_t, Bytes> owned_;      ///< decoded data URIs by buffer
-    std::map<std::size_t, Bytes> decoded_;    ///< decompressed views
+    std::map<std::string, Bytes> files_;   ///< by canonical path
+    std::map<std::size_t, Bytes> owned_;   ///< decoded data URIs by buffer
+    std::map<std::size_t, Bytes> decoded_; ///< decompressed views
     std::uint64_t loaded_, spent_ = 0;
 };
 
 /// Meshes of a document as voxshell meshes, each made once (gltf_mesh.cpp).
 class GltfMeshes {
-public:
+  public:
     GltfMeshes(const Source &source, const GltfDocument &document, GltfBuffers &buffers);
     ~GltfMeshes();
 
@@ -111,7 +112,7 @@ public:
     std::size_t skipped_primitives() const { return skipped_; } ///< points and lines, so far
     bool saw_morph_targets() const { return morphs_; }
 
-private:
+  private:
     struct Positions;
     Positions &positions(int accessor);
     void add_primitive(int mesh, int primitive, Mesh &out);
@@ -135,8 +136,9 @@ struct DracoMesh {
 };
 /// `max_faces`, `max_points`: what the payload may hold at most, checked before anything is allocated.
 /// Failure(invalid) with `where` in front.
-DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> payload, std::optional<std::uint32_t> position,
-                       std::uint64_t max_faces, std::uint64_t max_points, const std::string &where);
+DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> payload,
+                       std::optional<std::uint32_t> position, std::uint64_t max_faces,
+                       std::uint64_t max_points, const std::string &where);
 
 /// A normalised integer component as a number (glTF 2.0, 3.6.2.2).
 double gltf_normalized(double raw, int component_type);

@@ -37,7 +37,8 @@ std::optional<Bytes> base64(std::string_view text)
         if (digit < 0) return {};
         bits = bits << 6 | static_cast<std::uint32_t>(digit);
         if (i % 4 == 3) {
-            for (int shift = 16; shift >= 0; shift -= 8) out.push_back(static_cast<std::uint8_t>(bits >> shift));
+            for (int shift = 16; shift >= 0; shift -= 8)
+                out.push_back(static_cast<std::uint8_t>(bits >> shift));
         }
     }
     out.resize(out.size() - pad);
@@ -67,7 +68,10 @@ std::optional<Bytes> data_uri(std::string_view uri)
 std::optional<std::string> percent_decoded(std::string_view uri)
 {
     const auto digit = [](char c) {
-        return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+        return c >= '0' && c <= '9'   ? c - '0'
+               : c >= 'a' && c <= 'f' ? c - 'a' + 10
+               : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                      : -1;
     };
     std::string out;
     for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -89,7 +93,7 @@ bool has_scheme(std::string_view uri)
     return colon != uri.npos && colon > 0 && uri.find('/') > colon;
 }
 
-template <class T>
+template<class T>
 T load(const std::uint8_t *at)
 {
     T x;
@@ -100,12 +104,18 @@ T load(const std::uint8_t *at)
 double load_component(const std::uint8_t *at, int type)
 {
     switch (type) {
-    case 5120: return load<std::int8_t>(at);
-    case 5121: return *at;
-    case 5122: return load<std::int16_t>(at);
-    case 5123: return load<std::uint16_t>(at);
-    case 5125: return load<std::uint32_t>(at);
-    default: return load<float>(at);
+    case 5120:
+        return load<std::int8_t>(at);
+    case 5121:
+        return *at;
+    case 5122:
+        return load<std::int16_t>(at);
+    case 5123:
+        return load<std::uint16_t>(at);
+    case 5125:
+        return load<std::uint32_t>(at);
+    default:
+        return load<float>(at);
     }
 }
 
@@ -119,25 +129,32 @@ std::uint32_t load_index(const std::uint8_t *at, int type)
 double gltf_normalized(double raw, int component_type)
 {
     switch (component_type) {
-    case 5120: return std::max(raw / 127, -1.0);
-    case 5121: return raw / 255;
-    case 5122: return std::max(raw / 32767, -1.0);
-    case 5123: return raw / 65535;
-    default: return raw;
+    case 5120:
+        return std::max(raw / 127, -1.0);
+    case 5121:
+        return raw / 255;
+    case 5122:
+        return std::max(raw / 32767, -1.0);
+    case 5123:
+        return raw / 65535;
+    default:
+        return raw;
     }
 }
 
 GltfBuffers::GltfBuffers(const Source &source, const GltfDocument &document, std::vector<Warning> &warnings)
     : source_(source), document_(document), warnings_(warnings), buffers_(document.buffers.size()),
       loaded_(source.bytes.size())
-{}
+{
+}
 
 void GltfBuffers::spend(std::uint64_t elements)
 {
     // Room for any real file, shared accessors and good compression included; a bound for made-up counts.
     const std::uint64_t limit = (std::uint64_t{1} << 26) + 16 * loaded_;
     if (elements > limit - spent_) {
-        source_.unsupported(fmt::format("decodes to more than {} vertices and indices from {} bytes", limit, loaded_));
+        source_.unsupported(
+            fmt::format("decodes to more than {} vertices and indices from {} bytes", limit, loaded_));
     }
     spent_ += elements;
 }
@@ -150,7 +167,8 @@ std::span<const std::uint8_t> GltfBuffers::external(std::size_t index, const std
     const auto decoded = percent_decoded(uri);
     if (!decoded || decoded->empty()) refuse("not a valid URI");
     if (has_scheme(uri) || has_scheme(*decoded)) refuse("only files beside the document are read");
-    if (decoded->find('\0') != decoded->npos || decoded->find('\\') != decoded->npos) refuse("not a valid URI");
+    if (decoded->find('\0') != decoded->npos || decoded->find('\\') != decoded->npos)
+        refuse("not a valid URI");
     const fs::path relative(*decoded);
     if (relative.is_absolute()) refuse("an absolute path; only files beside the document are read");
     for (const fs::path &part : relative)
@@ -161,7 +179,8 @@ std::span<const std::uint8_t> GltfBuffers::external(std::size_t index, const std
     const fs::path home = fs::canonical(folder, error);
     const fs::path file = error ? fs::path() : fs::canonical(folder / relative, error);
     if (error) {
-        source_.refuse(ExitCode::system, fmt::format("buffers[{}].uri '{}': {}", index, printable(uri), error.message()));
+        source_.refuse(ExitCode::system,
+                       fmt::format("buffers[{}].uri '{}': {}", index, printable(uri), error.message()));
     }
     const auto [end, unused] = std::mismatch(home.begin(), home.end(), file.begin(), file.end());
     if (end != home.end()) refuse("a link that leads out of the folder of the document");
@@ -193,7 +212,8 @@ std::span<const std::uint8_t> GltfBuffers::buffer(std::size_t index)
         bytes = external(index, *declared.uri);
     }
     if (bytes.size() < declared.length) {
-        source_.invalid(fmt::format("buffers[{}] declares {} bytes, there are {}", index, declared.length, bytes.size()));
+        source_.invalid(
+            fmt::format("buffers[{}] declares {} bytes, there are {}", index, declared.length, bytes.size()));
     }
     buffers_[index] = bytes.first(declared.length);
     return *buffers_[index];
@@ -202,7 +222,8 @@ std::span<const std::uint8_t> GltfBuffers::buffer(std::size_t index)
 Bytes GltfBuffers::decompress(std::size_t view, const GltfMeshopt &link)
 {
     const std::string where = fmt::format("bufferViews[{}].extensions.{}", view, link.extension);
-    const bool attributes = link.mode == "ATTRIBUTES", triangles = link.mode == "TRIANGLES", indices = link.mode == "INDICES";
+    const bool attributes = link.mode == "ATTRIBUTES", triangles = link.mode == "TRIANGLES",
+               indices = link.mode == "INDICES";
     const bool octahedral = link.filter == "OCTAHEDRAL", quaternion = link.filter == "QUATERNION",
                exponential = link.filter == "EXPONENTIAL";
     if (!attributes && !triangles && !indices) {
@@ -211,29 +232,34 @@ Bytes GltfBuffers::decompress(std::size_t view, const GltfMeshopt &link)
     if (!octahedral && !quaternion && !exponential && link.filter != "NONE") {
         source_.unsupported(fmt::format("{}: filter '{}' is not read", where, printable(link.filter, 20)));
     }
-    const bool fine = attributes ? link.stride % 4 == 0 && (!octahedral || link.stride == 4 || link.stride == 8) &&
-                                       (!quaternion || link.stride == 8)
-                                 : (link.stride == 2 || link.stride == 4) && link.filter == "NONE" &&
-                                       (!triangles || link.count % 3 == 0);
+    const bool fine = attributes
+                          ? link.stride % 4 == 0 && (!octahedral || link.stride == 4 || link.stride == 8) &&
+                                (!quaternion || link.stride == 8)
+                          : (link.stride == 2 || link.stride == 4) && link.filter == "NONE" &&
+                                (!triangles || link.count % 3 == 0);
     if (!fine) {
-        source_.invalid(fmt::format("{}: {} of {} x {} bytes with filter {} is not allowed", where, link.mode, link.count,
-                                    link.stride, link.filter));
+        source_.invalid(fmt::format("{}: {} of {} x {} bytes with filter {} is not allowed", where, link.mode,
+                                    link.count, link.stride, link.filter));
     }
     const std::span<const std::uint8_t> packed = buffer(link.buffer).subspan(link.offset, link.length);
     // The codecs need at least 4 bytes for a byte column of 256 vertices, a byte for a triangle or an index:
     // a count beyond that is not allocated.
-    const std::uint64_t most = attributes ? packed.size() * 64 / std::min<std::uint64_t>(link.stride, 64) + 256
+    const std::uint64_t most = attributes
+                                   ? packed.size() * 64 / std::min<std::uint64_t>(link.stride, 64) + 256
                                : triangles ? packed.size() * 3
                                            : packed.size();
     if (link.count > most) {
-        source_.invalid(fmt::format("{}: {} bytes cannot hold {} elements", where, packed.size(), link.count));
+        source_.invalid(
+            fmt::format("{}: {} bytes cannot hold {} elements", where, packed.size(), link.count));
     }
     spend(link.count);
     Bytes out(link.count * link.stride);
     const int status =
-        attributes  ? meshopt_decodeVertexBuffer(out.data(), link.count, link.stride, packed.data(), packed.size())
-        : triangles ? meshopt_decodeIndexBuffer(out.data(), link.count, link.stride, packed.data(), packed.size())
-                    : meshopt_decodeIndexSequence(out.data(), link.count, link.stride, packed.data(), packed.size());
+        attributes
+            ? meshopt_decodeVertexBuffer(out.data(), link.count, link.stride, packed.data(), packed.size())
+        : triangles
+            ? meshopt_decodeIndexBuffer(out.data(), link.count, link.stride, packed.data(), packed.size())
+            : meshopt_decodeIndexSequence(out.data(), link.count, link.stride, packed.data(), packed.size());
     if (status == -1) source_.unsupported(where + ": the payload is of a version that is not read");
     if (status != 0) source_.invalid(where + ": the payload is damaged");
     if (octahedral) meshopt_decodeFilterOct(out.data(), link.count, link.stride);
@@ -248,14 +274,16 @@ std::span<const std::uint8_t> GltfBuffers::view(std::size_t index)
     if (const std::optional<GltfMeshopt> &link = document_.meshopt[index]) {
         if (const auto done = decoded_.find(index); done != decoded_.end()) return done->second;
         const GltfBuffer &fallback = document_.buffers[static_cast<std::size_t>(view.buffer)];
-        const bool has_fallback = !fallback.fallback && (fallback.uri || (view.buffer == 0 && !document_.bin.empty()));
+        const bool has_fallback =
+            !fallback.fallback && (fallback.uri || (view.buffer == 0 && !document_.bin.empty()));
         try {
             return decoded_[index] = decompress(index, *link);
         } catch (const Failure &failure) {
             decoded_.erase(index);
             const bool may_fall_back = failure.code == ExitCode::unsupported && has_fallback;
             if (!may_fall_back || document_.requires_extension(link->extension)) throw;
-            warnings_.push_back({"gltf-fallback-buffer", fmt::format("{}; its uncompressed fallback is used", failure.what())});
+            warnings_.push_back({"gltf-fallback-buffer",
+                                 fmt::format("{}; its uncompressed fallback is used", failure.what())});
         }
     }
     return buffer(static_cast<std::size_t>(view.buffer)).subspan(view.byteOffset, view.byteLength);
@@ -266,25 +294,31 @@ std::span<const std::uint8_t> GltfBuffers::elements(int index, std::uint64_t off
     return view(static_cast<std::size_t>(index)).subspan(offset, bytes); // bounds: gltf_validate.cpp
 }
 
-template <class T, class Read>
+template<class T, class Read>
 std::vector<T> GltfBuffers::read(std::size_t index, Read read_component)
 {
     const tinygltf::Accessor &accessor = document_.model.accessors[index];
-    const auto components = static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
-    const std::size_t component = gltf_component_size(accessor.componentType), element = component * components;
+    const auto components =
+        static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)));
+    const std::size_t component = gltf_component_size(accessor.componentType),
+                      element = component * components;
     spend(accessor.count);
     if (accessor.bufferView < 0 && accessor.count > (std::size_t{1} << 24)) {
-        source_.unsupported(fmt::format("accessors[{}]: {} zeros without a bufferView", index, accessor.count));
+        source_.unsupported(
+            fmt::format("accessors[{}]: {} zeros without a bufferView", index, accessor.count));
     }
     std::vector<T> out;
     if (accessor.bufferView >= 0) {
-        const std::size_t declared = document_.model.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
+        const std::size_t declared =
+            document_.model.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
         const std::size_t stride = declared ? declared : element;
-        const auto bytes = elements(accessor.bufferView, accessor.byteOffset, stride * (accessor.count - 1) + element);
+        const auto bytes =
+            elements(accessor.bufferView, accessor.byteOffset, stride * (accessor.count - 1) + element);
         out.reserve(accessor.count * components);
         for (std::size_t i = 0; i < accessor.count; ++i)
             for (std::size_t c = 0; c < components; ++c)
-                out.push_back(read_component(bytes.data() + i * stride + c * component, accessor.componentType));
+                out.push_back(
+                    read_component(bytes.data() + i * stride + c * component, accessor.componentType));
     } else {
         out.resize(accessor.count * components);
     }
@@ -293,18 +327,22 @@ std::vector<T> GltfBuffers::read(std::size_t index, Read read_component)
     const auto &sparse = accessor.sparse;
     const auto count = static_cast<std::size_t>(sparse.count);
     const std::size_t index_size = gltf_component_size(sparse.indices.componentType);
-    const auto where = elements(sparse.indices.bufferView, static_cast<std::uint64_t>(sparse.indices.byteOffset), count * index_size);
-    const auto what = elements(sparse.values.bufferView, static_cast<std::uint64_t>(sparse.values.byteOffset), count * element);
+    const auto where = elements(sparse.indices.bufferView,
+                                static_cast<std::uint64_t>(sparse.indices.byteOffset), count * index_size);
+    const auto what = elements(sparse.values.bufferView, static_cast<std::uint64_t>(sparse.values.byteOffset),
+                               count * element);
     std::int64_t last = -1;
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint32_t at = load_index(where.data() + i * index_size, sparse.indices.componentType);
         if (at >= accessor.count || at <= last) {
             source_.invalid(fmt::format("accessors[{}].sparse: index {} is {}", index, at,
-                                        at >= accessor.count ? "beyond the accessor" : "not greater than the one before"));
+                                        at >= accessor.count ? "beyond the accessor"
+                                                             : "not greater than the one before"));
         }
         last = at;
         for (std::size_t c = 0; c < components; ++c)
-            out[at * components + c] = read_component(what.data() + i * element + c * component, accessor.componentType);
+            out[at * components + c] =
+                read_component(what.data() + i * element + c * component, accessor.componentType);
     }
     return out;
 }

@@ -56,12 +56,14 @@ Scene import_glb(const Source &source, const ImportOptions &options)
     std::size_t chunk = 0;
     for (std::size_t at = 12; at < bytes.size(); ++chunk) {
         if (bytes.size() - at < 8) {
-            source.invalid(fmt::format("GLB chunk {} has {} bytes of an 8 byte header", chunk, bytes.size() - at));
+            source.invalid(
+                fmt::format("GLB chunk {} has {} bytes of an 8 byte header", chunk, bytes.size() - at));
         }
         const std::uint32_t size = u32(bytes, at), type = u32(bytes, at + 4);
         at += 8;
         if (size > bytes.size() - at) {
-            source.invalid(fmt::format("GLB chunk {} needs {} bytes, {} are left", chunk, size, bytes.size() - at));
+            source.invalid(
+                fmt::format("GLB chunk {} needs {} bytes, {} are left", chunk, size, bytes.size() - at));
         }
         if (size % 4 != 0) {
             source.invalid(fmt::format("GLB chunk {} has {} bytes, not a multiple of 4", chunk, size));
@@ -73,7 +75,8 @@ Scene import_glb(const Source &source, const ImportOptions &options)
         if (type == chunk_json) json = source.text().substr(at, size);
         if (type == chunk_bin) {
             if (chunk != 1) {
-                source.invalid(bin ? "a second BIN chunk in the GLB" : "the BIN chunk is not the second one of the GLB");
+                source.invalid(bin ? "a second BIN chunk in the GLB"
+                                   : "the BIN chunk is not the second one of the GLB");
             }
             bin = payload;
         }

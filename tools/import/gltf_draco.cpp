@@ -15,7 +15,7 @@ struct Claims {
 
 /// Little-endian reader that turns false once and for all when the bytes end.
 class Cursor {
-public:
+  public:
     explicit Cursor(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
     bool ok() const { return ok_; }
@@ -44,7 +44,7 @@ public:
         return 0;
     }
 
-private:
+  private:
     std::span<const std::uint8_t> bytes_;
     bool ok_ = true;
 };
@@ -68,7 +68,8 @@ std::optional<Claims> read_claims(std::span<const std::uint8_t> payload)
 {
     Cursor in(payload);
     in.skip(5); // "DRACO"
-    const std::uint64_t major = in.fixed(1), minor = in.fixed(1), type = in.fixed(1), method = in.fixed(1), flags = in.fixed(2);
+    const std::uint64_t major = in.fixed(1), minor = in.fixed(1), type = in.fixed(1), method = in.fixed(1),
+                        flags = in.fixed(2);
     const std::uint64_t version = major << 8 | minor;
     if (!in.ok() || type != 1 || method > 1) return {};
     if (flags & 0x8000) {
@@ -79,10 +80,10 @@ std::optional<Claims> read_claims(std::span<const std::uint8_t> payload)
         skip_metadata(in);
     }
     Claims claims;
-    if (method == 1) { // edgebreaker
-        in.skip(1);    // traversal
+    if (method == 1) {                                                    // edgebreaker
+        in.skip(1);                                                       // traversal
         if (version < 0x202) version < 0x200 ? in.fixed(4) : in.varint(); // new vertices
-        version < 0x200 ? in.fixed(4) : in.varint();                      // corner table's vertices, at most 3 a face
+        version < 0x200 ? in.fixed(4) : in.varint(); // corner table's vertices, at most 3 a face
         claims.faces = version < 0x200 ? in.fixed(4) : in.varint();
     } else { // sequential
         claims.faces = version < 0x202 ? in.fixed(4) : in.varint();
@@ -94,8 +95,9 @@ std::optional<Claims> read_claims(std::span<const std::uint8_t> payload)
 
 } // namespace
 
-DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> payload, std::optional<std::uint32_t> position,
-                       std::uint64_t max_faces, std::uint64_t max_points, const std::string &where)
+DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> payload,
+                       std::optional<std::uint32_t> position, std::uint64_t max_faces,
+                       std::uint64_t max_points, const std::string &where)
 {
     const std::string_view text(reinterpret_cast<const char *>(payload.data()), payload.size());
     if (!text.starts_with("DRACO")) source.invalid(where + ": not a Draco payload");
@@ -103,9 +105,11 @@ DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> paylo
     if (!claims) source.invalid(where + ": not a Draco mesh, or cut");
     // A good encoder reaches about 1/2 byte a triangle; flat regular grids much less.
     const std::uint64_t plausible = (std::uint64_t{1} << 16) + 1024 * std::uint64_t{payload.size()};
-    if (claims->faces > max_faces || claims->points > max_points || claims->faces > plausible || claims->points > plausible) {
-        source.invalid(fmt::format("{}: claims {} triangles and {} vertices, the accessors {} and {}, in {} bytes", where,
-                                   claims->faces, claims->points, max_faces, max_points, payload.size()));
+    if (claims->faces > max_faces || claims->points > max_points || claims->faces > plausible ||
+        claims->points > plausible) {
+        source.invalid(
+            fmt::format("{}: claims {} triangles and {} vertices, the accessors {} and {}, in {} bytes",
+                        where, claims->faces, claims->points, max_faces, max_points, payload.size()));
     }
 
     draco::DecoderBuffer buffer;
@@ -115,7 +119,8 @@ DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> paylo
     try {
         auto result = decoder.DecodeMeshFromBuffer(&buffer);
         if (!result.ok()) {
-            source.invalid(fmt::format("{}: damaged payload: {}", where, printable(result.status().error_msg_string())));
+            source.invalid(
+                fmt::format("{}: damaged payload: {}", where, printable(result.status().error_msg_string())));
         }
         mesh = std::move(result).value();
     } catch (const std::bad_alloc &) {
@@ -133,28 +138,33 @@ DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> paylo
         const draco::Mesh::Face &face = mesh->face(f);
         out.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
         for (const std::uint32_t v : out.faces.back())
-            if (v >= out.point_count) source.invalid(where + ": damaged payload: an index beyond the vertices");
+            if (v >= out.point_count)
+                source.invalid(where + ": damaged payload: an index beyond the vertices");
     }
     if (!position) return out;
 
     const draco::PointAttribute *attribute = mesh->GetAttributeByUniqueId(*position);
     if (!attribute) source.invalid(fmt::format("{}: no attribute has the id {}", where, *position));
     if (attribute->num_components() != 3) {
-        source.invalid(fmt::format("{}: POSITION has {} components", where, static_cast<int>(attribute->num_components())));
+        source.invalid(fmt::format("{}: POSITION has {} components", where,
+                                   static_cast<int>(attribute->num_components())));
     }
     out.points.reserve(out.point_count);
     for (draco::PointIndex p(0); p < mesh->num_points(); ++p) {
         const draco::AttributeValueIndex value = attribute->mapped_index(p);
-        if (value.value() >= attribute->size()) source.invalid(where + ": damaged payload: a vertex without a position");
+        if (value.value() >= attribute->size())
+            source.invalid(where + ": damaged payload: a vertex without a position");
         // Integers as they are stored: whether they are normalised, the accessor says.
         std::array<double, 3> point{};
         if (attribute->data_type() == draco::DT_FLOAT32) {
             std::array<float, 3> x{};
-            if (!attribute->ConvertValue<float, 3>(value, x.data())) source.invalid(where + ": POSITION cannot be read");
+            if (!attribute->ConvertValue<float, 3>(value, x.data()))
+                source.invalid(where + ": POSITION cannot be read");
             point = {x[0], x[1], x[2]};
         } else {
             std::array<std::int32_t, 3> x{};
-            if (!attribute->ConvertValue<std::int32_t, 3>(value, x.data())) source.invalid(where + ": POSITION cannot be read");
+            if (!attribute->ConvertValue<std::int32_t, 3>(value, x.data()))
+                source.invalid(where + ": POSITION cannot be read");
             point = {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
         }
         out.points.push_back(point);

@@ -18,12 +18,20 @@ namespace voxshell {
 
 using Json = nlohmann::json;
 
+/// The JSON of a document. Failure(invalid) when it is none or nested too deeply for readers that recurse.
+Json parse_json(const Source &source, std::string_view text);
+
+/// Types of the properties that mean the same all over glTF but have nothing to do with geometry (materials,
+/// animations...): a file with a string for a number was not written by something that can be trusted.
+void check_side_properties(const Source &source, const Json &value, const std::string &where);
+
 class JsonObject {
-public:
+  public:
     JsonObject(const Source &source, const Json &json, std::string where)
         : source_(source), json_(json), where_(std::move(where))
     {
-        if (!json.is_object()) source_.invalid(fmt::format("{} is not an object", where_.empty() ? "the JSON" : where_));
+        if (!json.is_object())
+            source_.invalid(fmt::format("{} is not an object", where_.empty() ? "the JSON" : where_));
     }
 
     [[noreturn]] void fail(const char *key, const std::string &what) const
@@ -151,7 +159,7 @@ public:
         return out;
     }
 
-private:
+  private:
     std::uint64_t integer_of(const Json &value, const char *key, std::uint64_t low, std::uint64_t high) const
     {
         constexpr double exact = 9007199254740992.0; // 2^53

@@ -79,9 +79,11 @@ void GltfMeshes::add_primitive(int mesh, int index, Mesh &out)
 
     std::vector<std::uint32_t> indices;
     if (primitive.indices >= 0) {
-        const tinygltf::Accessor &accessor = document_.model.accessors[static_cast<std::size_t>(primitive.indices)];
+        const tinygltf::Accessor &accessor =
+            document_.model.accessors[static_cast<std::size_t>(primitive.indices)];
         if (accessor.bufferView >= 0) {
-            const std::size_t stride = document_.model.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
+            const std::size_t stride =
+                document_.model.bufferViews[static_cast<std::size_t>(accessor.bufferView)].byteStride;
             if (stride != 0 && stride != gltf_component_size(accessor.componentType)) {
                 source_.invalid(fmt::format("{}: indices in a bufferView with a byteStride", where));
             }
@@ -91,9 +93,11 @@ void GltfMeshes::add_primitive(int mesh, int index, Mesh &out)
                                       : accessor.componentType == 5123 ? 0xffffu
                                                                        : 0xffffffffu;
         for (std::size_t i = 0; i < indices.size(); ++i) {
-            if (indices[i] == restart) source_.invalid(fmt::format("{}: index {} is the restart value {}", where, i, restart));
+            if (indices[i] == restart)
+                source_.invalid(fmt::format("{}: index {} is the restart value {}", where, i, restart));
             if (indices[i] >= vertices) {
-                source_.invalid(fmt::format("{}: index {} is {}, there are {} vertices", where, i, indices[i], vertices));
+                source_.invalid(
+                    fmt::format("{}: index {} is {}, there are {} vertices", where, i, indices[i], vertices));
             }
         }
     }
@@ -112,9 +116,12 @@ void GltfMeshes::add_primitive(int mesh, int index, Mesh &out)
     out.triangles.reserve(out.triangles.size() + count);
     for (std::size_t i = 0; i < count; ++i) {
         std::array<std::size_t, 3> c{};
-        if (primitive.mode == mode_triangles) c = {3 * i, 3 * i + 1, 3 * i + 2};
-        else if (primitive.mode == mode_strip) c = {i, i + 1 + i % 2, i + 2 - i % 2};
-        else c = {i + 1, i + 2, 0};
+        if (primitive.mode == mode_triangles)
+            c = {3 * i, 3 * i + 1, 3 * i + 2};
+        else if (primitive.mode == mode_strip)
+            c = {i, i + 1 + i % 2, i + 2 - i % 2};
+        else
+            c = {i + 1, i + 2, 0};
         // One after the other: vertices are numbered in the order of their first use.
         Triangle triangle;
         for (std::size_t k = 0; k < 3; ++k) triangle[k] = corner(c[k]);
@@ -127,11 +134,13 @@ void GltfMeshes::add_draco(int mesh, int index, const GltfDraco &link, Mesh &out
 {
     const tinygltf::Primitive &primitive =
         document_.model.meshes[static_cast<std::size_t>(mesh)].primitives[static_cast<std::size_t>(index)];
-    const std::string where = fmt::format("meshes[{}].primitives[{}].extensions.KHR_draco_mesh_compression", mesh, index);
+    const std::string where =
+        fmt::format("meshes[{}].primitives[{}].extensions.KHR_draco_mesh_compression", mesh, index);
     if (primitive.mode == mode_fan) source_.invalid(where + ": not allowed with a triangle fan");
     const auto position = primitive.attributes.find("POSITION");
     if (position == primitive.attributes.end()) source_.invalid(where + ": no POSITION attribute");
-    const tinygltf::Accessor &accessor = document_.model.accessors[static_cast<std::size_t>(position->second)];
+    const tinygltf::Accessor &accessor =
+        document_.model.accessors[static_cast<std::size_t>(position->second)];
     if (primitive.indices < 0) source_.invalid(where + ": the primitive has no indices");
     const std::size_t declared = document_.model.accessors[static_cast<std::size_t>(primitive.indices)].count;
     // A strip of n corners holds n - 2 triangles, of which the encoder may have dropped some.
@@ -142,10 +151,12 @@ void GltfMeshes::add_draco(int mesh, int index, const GltfDraco &link, Mesh &out
     const std::span<const std::uint8_t> payload = buffers_.view(link.view);
     const DracoMesh decoded = decode_draco(source_, payload, link.position, max_faces, accessor.count, where);
     if (primitive.mode == mode_triangles && decoded.faces.size() * 3 != declared) {
-        source_.invalid(fmt::format("{}: {} triangles, the indices accessor declares {} corners", where, decoded.faces.size(), declared));
+        source_.invalid(fmt::format("{}: {} triangles, the indices accessor declares {} corners", where,
+                                    decoded.faces.size(), declared));
     }
     if (decoded.point_count != accessor.count) {
-        source_.invalid(fmt::format("{}: {} vertices, the POSITION accessor declares {}", where, decoded.point_count, accessor.count));
+        source_.invalid(fmt::format("{}: {} vertices, the POSITION accessor declares {}", where,
+                                    decoded.point_count, accessor.count));
     }
 
     Positions local;

@@ -12,7 +12,8 @@ namespace {
 
 using Pose = std::array<double, 12>;
 constexpr Pose identity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-constexpr std::size_t max_path = 200; ///< [bytes] of an instance's name: a deep graph must not fill the memory
+constexpr std::size_t max_path =
+    200; ///< [bytes] of an instance's name: a deep graph must not fill the memory
 
 /// First `b`, then `a`.
 Pose compose(const Pose &a, const Pose &b)
@@ -20,7 +21,8 @@ Pose compose(const Pose &a, const Pose &b)
     Pose c;
     for (std::size_t r = 0; r < 3; ++r)
         for (std::size_t k = 0; k < 4; ++k)
-            c[4 * r + k] = a[4 * r] * b[k] + a[4 * r + 1] * b[4 + k] + a[4 * r + 2] * b[8 + k] + (k == 3 ? a[4 * r + 3] : 0);
+            c[4 * r + k] = a[4 * r] * b[k] + a[4 * r + 1] * b[4 + k] + a[4 * r + 2] * b[8 + k] +
+                           (k == 3 ? a[4 * r + 3] : 0);
     return c;
 }
 
@@ -29,9 +31,12 @@ Pose from_trs(const double *t, const double *q, const double *s)
 {
     const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     const double x = q[0] / n, y = q[1] / n, z = q[2] / n, w = q[3] / n;
-    return {s[0] * (1 - 2 * (y * y + z * z)), s[1] * 2 * (x * y - w * z), s[2] * 2 * (x * z + w * y), t[0],
-            s[0] * 2 * (x * y + w * z), s[1] * (1 - 2 * (x * x + z * z)), s[2] * 2 * (y * z - w * x), t[1],
-            s[0] * 2 * (x * z - w * y), s[1] * 2 * (y * z + w * x), s[2] * (1 - 2 * (x * x + y * y)), t[2]};
+    return {s[0] * (1 - 2 * (y * y + z * z)), s[1] * 2 * (x * y - w * z),
+            s[2] * 2 * (x * z + w * y),       t[0],
+            s[0] * 2 * (x * y + w * z),       s[1] * (1 - 2 * (x * x + z * z)),
+            s[2] * 2 * (y * z - w * x),       t[1],
+            s[0] * 2 * (x * z - w * y),       s[1] * 2 * (y * z + w * x),
+            s[2] * (1 - 2 * (x * x + y * y)), t[2]};
 }
 
 Pose pose_of(const tinygltf::Node &node)
@@ -49,11 +54,12 @@ Pose pose_of(const tinygltf::Node &node)
 }
 
 class SceneBuilder {
-public:
+  public:
     SceneBuilder(const Source &source, const GltfDocument &document)
         : source_(source), document_(document), buffers_(source, document, scene_.warnings),
           meshes_(source, document, buffers_), mesh_of_(document.model.meshes.size(), not_made)
-    {}
+    {
+    }
 
     Scene run()
     {
@@ -80,17 +86,21 @@ public:
         return std::move(scene_);
     }
 
-private:
+  private:
     static constexpr std::int64_t not_made = -1, no_triangles = -2;
 
-    void warning(const char *code, std::string message) { scene_.warnings.push_back({code, std::move(message)}); }
+    void warning(const char *code, std::string message)
+    {
+        scene_.warnings.push_back({code, std::move(message)});
+    }
 
     std::vector<int> root_nodes()
     {
         const tinygltf::Model &model = document_.model;
         if (document_.declares_scene) return model.scenes[static_cast<std::size_t>(model.defaultScene)].nodes;
         if (!model.scenes.empty()) {
-            warning("gltf-no-default-scene", fmt::format("no default scene declared: the first of {} is taken", model.scenes.size()));
+            warning("gltf-no-default-scene",
+                    fmt::format("no default scene declared: the first of {} is taken", model.scenes.size()));
             return model.scenes[0].nodes;
         }
         std::vector<bool> is_child(model.nodes.size());
@@ -149,7 +159,8 @@ private:
         }
         std::size_t count = 0;
         for (const Pose &each : instance_poses(instancing->second, path))
-            scene_.instances.push_back({unique(fmt::format("{}[{}]", path, count++)), mesh_index, compose(pose, each)});
+            scene_.instances.push_back(
+                {unique(fmt::format("{}[{}]", path, count++)), mesh_index, compose(pose, each)});
     }
 
     std::vector<Pose> instance_poses(const std::map<std::string, int> &attributes, const std::string &path)
@@ -158,13 +169,16 @@ private:
             const auto found = attributes.find(name);
             if (found == attributes.end()) return {};
             const tinygltf::Accessor &a = document_.model.accessors[static_cast<std::size_t>(found->second)];
-            const bool small = may_be_small && a.normalized && (a.componentType == 5120 || a.componentType == 5122);
+            const bool small =
+                may_be_small && a.normalized && (a.componentType == 5120 || a.componentType == 5122);
             if (a.type != type || (a.componentType != 5126 && !small)) {
-                source_.invalid(fmt::format("{}: instance attribute {} has a componentType or type that is not allowed", path, name));
+                source_.invalid(fmt::format(
+                    "{}: instance attribute {} has a componentType or type that is not allowed", path, name));
             }
             return buffers_.numbers(static_cast<std::size_t>(found->second));
         };
-        const std::size_t count = document_.model.accessors[static_cast<std::size_t>(attributes.begin()->second)].count;
+        const std::size_t count =
+            document_.model.accessors[static_cast<std::size_t>(attributes.begin()->second)].count;
         std::vector<double> t = numbers("TRANSLATION", TINYGLTF_TYPE_VEC3, false);
         std::vector<double> r = numbers("ROTATION", TINYGLTF_TYPE_VEC4, true);
         std::vector<double> s = numbers("SCALE", TINYGLTF_TYPE_VEC3, false);
@@ -185,19 +199,26 @@ private:
     void warn()
     {
         if (meshes_.skipped_primitives() > 0) {
-            warning("gltf-points-or-lines", fmt::format("{} primitives of points or lines skipped: they have no surface",
-                                                        meshes_.skipped_primitives()));
+            warning("gltf-points-or-lines",
+                    fmt::format("{} primitives of points or lines skipped: they have no surface",
+                                meshes_.skipped_primitives()));
         }
-        if (meshes_.saw_morph_targets()) warning("gltf-morph-targets", "morph targets ignored: the base shape is taken");
+        if (meshes_.saw_morph_targets())
+            warning("gltf-morph-targets", "morph targets ignored: the base shape is taken");
         if (!skinned_.empty()) {
-            warning("gltf-skin", fmt::format("{} skinned node(s) taken in the pose as stored, {} first", skinned_.size(), skinned_[0]));
+            warning("gltf-skin", fmt::format("{} skinned node(s) taken in the pose as stored, {} first",
+                                             skinned_.size(), skinned_[0]));
         }
         if (document_.animations > 0) {
-            warning("gltf-animations", fmt::format("{} animation(s) ignored: nodes stay where they are stored", document_.animations));
+            warning("gltf-animations",
+                    fmt::format("{} animation(s) ignored: nodes stay where they are stored",
+                                document_.animations));
         }
         if (idle_instancing_ > 0) {
-            warning("gltf-instancing-without-mesh",
-                    fmt::format("{} node(s) with EXT_mesh_gpu_instancing but without a mesh: nothing to repeat", idle_instancing_));
+            warning(
+                "gltf-instancing-without-mesh",
+                fmt::format("{} node(s) with EXT_mesh_gpu_instancing but without a mesh: nothing to repeat",
+                            idle_instancing_));
         }
     }
 

@@ -3,12 +3,9 @@
 #include "import/gltf.hpp"
 #include "import/gltf_json.hpp"
 
-#include <unordered_map>
-
 namespace voxshell {
 namespace {
 
-constexpr std::size_t max_depth = 64;
 constexpr std::uint64_t max_size = std::uint64_t{1} << 53;
 constexpr std::uint64_t max_int = std::numeric_limits<std::int32_t>::max(); // tinygltf keeps some in an int
 
@@ -22,93 +19,44 @@ constexpr const char *read_extensions[] = {"KHR_draco_mesh_compression", "KHR_me
                                            "EXT_mesh_gpu_instancing"};
 
 /// Extensions that say nothing about where a surface is: by the beginning of their name.
-constexpr const char *harmless_extensions[] = {
-    "KHR_materials_",  "KHR_texture_",          "KHR_lights_",          "KHR_techniques_webgl", "KHR_xmp",
-    "KHR_animation_",  "KHR_audio",             "KHR_physics_",         "KHR_implicit_shapes",  "KHR_collision",
-    "EXT_materials_",  "EXT_texture_",          "EXT_lights_",          "EXT_mesh_features",    "EXT_instance_features",
-    "EXT_feature_",    "EXT_structural_metadata", "EXT_mesh_manifold",  "EXT_schema_feature",   "MSFT_texture_",
-    "MSFT_packing_",   "MSFT_physics",          "MSFT_collision_",      "ADOBE_materials_",     "ADOBE_texture_",
-    "FB_ngon_encoding", "AGI_articulations",    "AGI_stk_metadata",     "GOOGLE_texture_",      "GRIFFEL_bim_data",
-    "CESIUM_primitive_outline", "OMI_",         "VRMC_materials_",      "NV_materials_",        "VRM"};
-
-/// Nesting of the JSON text; other readers recurse and would overflow the stack.
-void check_depth(const Source &source, std::string_view text)
-{
-    std::size_t depth = 0;
-    bool quoted = false;
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const char c = text[i];
-        if (quoted) {
-            if (c == '\\') ++i;
-            else if (c == '"') quoted = false;
-        } else if (c == '"') {
-            quoted = true;
-        } else if (c == '{' || c == '[') {
-            if (++depth > max_depth) {
-                source.invalid(fmt::format("the JSON is nested deeper than {} levels", max_depth));
-            }
-        } else if ((c == '}' || c == ']') && depth > 0) {
-            --depth;
-        }
-    }
-}
-
-Json parse(const Source &source, std::string_view text)
-{
-    if (text.find_first_not_of(" \t\r\n") == text.npos) source.invalid("no JSON in the file");
-    check_depth(source, text);
-    try {
-        return Json::parse(text);
-    } catch (const Json::exception &e) {
-        // "[json.exception.parse_error.101] parse error at line 1, column 2: ..." without the tag.
-        std::string_view what = e.what();
-        if (const std::size_t tag = what.find("] "); tag != what.npos) what.remove_prefix(tag + 2);
-        source.invalid("not valid JSON: " + printable(what, 160));
-    }
-}
-
-/// The kinds of properties that have one meaning in all of glTF but nothing to do with geometry. They are checked
-/// because a file with a string for a number was not written by something that can be trusted.
-void check_side_properties(const Source &source, const Json &value, const std::string &where)
-{
-    enum Kind { number, integer, text, boolean, array, object };
-    static const std::unordered_map<std::string, Kind> kinds = {
-        {"name", text},          {"uri", text},          {"mimeType", text},           {"alphaMode", text},
-        {"path", text},          {"interpolation", text}, {"type", text},              {"scale", number},
-        {"strength", number},    {"metallicFactor", number}, {"roughnessFactor", number}, {"alphaCutoff", number},
-        {"yfov", number},        {"aspectRatio", number}, {"znear", number},           {"zfar", number},
-        {"xmag", number},        {"ymag", number},       {"index", integer},           {"texCoord", integer},
-        {"bufferView", integer}, {"source", integer},    {"magFilter", integer},       {"minFilter", integer},
-        {"wrapS", integer},      {"wrapT", integer},     {"inverseBindMatrices", integer}, {"skeleton", integer},
-        {"input", integer},      {"output", integer},    {"node", integer},            {"sampler", integer},
-        {"doubleSided", boolean}, {"joints", array},     {"baseColorFactor", array},   {"emissiveFactor", array},
-        {"channels", array},     {"samplers", array},    {"target", object},           {"perspective", object},
-        {"orthographic", object}, {"pbrMetallicRoughness", object}, {"normalTexture", object},
-        {"occlusionTexture", object}, {"emissiveTexture", object}, {"baseColorTexture", object},
-        {"metallicRoughnessTexture", object}};
-    if (value.is_array()) {
-        for (std::size_t i = 0; i < value.size(); ++i)
-            if (value[i].is_structured()) check_side_properties(source, value[i], fmt::format("{}[{}]", where, i));
-        return;
-    }
-    for (const auto &[key, item] : value.items()) {
-        if (key == "extras" || key == "extensions") continue;
-        if (const auto kind = kinds.find(key); kind != kinds.end()) {
-            const bool right = kind->second == number    ? item.is_number()
-                               : kind->second == integer ? item.is_number() && item.get<double>() >= 0 &&
-                                                               item.get<double>() == std::floor(item.get<double>())
-                               : kind->second == text    ? item.is_string()
-                               : kind->second == boolean ? item.is_boolean()
-                               : kind->second == array   ? item.is_array()
-                                                         : item.is_object();
-            if (!right) source.invalid(fmt::format("{}.{}: a value of the wrong type", where, key));
-        }
-        if (item.is_structured()) check_side_properties(source, item, where + "." + printable(key, 40));
-    }
-}
+constexpr const char *harmless_extensions[] = {"KHR_materials_",
+                                               "KHR_texture_",
+                                               "KHR_lights_",
+                                               "KHR_techniques_webgl",
+                                               "KHR_xmp",
+                                               "KHR_animation_",
+                                               "KHR_audio",
+                                               "KHR_physics_",
+                                               "KHR_implicit_shapes",
+                                               "KHR_collision",
+                                               "EXT_materials_",
+                                               "EXT_texture_",
+                                               "EXT_lights_",
+                                               "EXT_mesh_features",
+                                               "EXT_instance_features",
+                                               "EXT_feature_",
+                                               "EXT_structural_metadata",
+                                               "EXT_mesh_manifold",
+                                               "EXT_schema_feature",
+                                               "MSFT_texture_",
+                                               "MSFT_packing_",
+                                               "MSFT_physics",
+                                               "MSFT_collision_",
+                                               "ADOBE_materials_",
+                                               "ADOBE_texture_",
+                                               "FB_ngon_encoding",
+                                               "AGI_articulations",
+                                               "AGI_stk_metadata",
+                                               "GOOGLE_texture_",
+                                               "GRIFFEL_bim_data",
+                                               "CESIUM_primitive_outline",
+                                               "OMI_",
+                                               "VRMC_materials_",
+                                               "NV_materials_",
+                                               "VRM"};
 
 class Validator {
-public:
+  public:
     Validator(const Source &source, const Json &json, std::span<const std::uint8_t> bin)
         : source_(source), root_(source, json, "")
     {
@@ -124,7 +72,8 @@ public:
             root_.objects(name);
         }
         extensions();
-        for (const char *name : {"animations", "cameras", "images", "materials", "samplers", "skins", "textures"})
+        for (const char *name :
+             {"animations", "cameras", "images", "materials", "samplers", "skins", "textures"})
             check_side_properties(source_, root_.array(name), name);
         for (const JsonObject &skin : root_.objects("skins")) {
             skin.references("joints", count_["nodes"]);
@@ -135,8 +84,10 @@ public:
 
         for (const JsonObject &buffer : root_.objects("buffers")) add_buffer(buffer);
         Json reduced = {{"asset", {{"version", "2.0"}}}};
-        for (const JsonObject &view : root_.objects("bufferViews")) reduced["bufferViews"].push_back(add_view(view));
-        for (const JsonObject &accessor : root_.objects("accessors")) reduced["accessors"].push_back(add_accessor(accessor));
+        for (const JsonObject &view : root_.objects("bufferViews"))
+            reduced["bufferViews"].push_back(add_view(view));
+        for (const JsonObject &accessor : root_.objects("accessors"))
+            reduced["accessors"].push_back(add_accessor(accessor));
         for (const JsonObject &mesh : root_.objects("meshes")) reduced["meshes"].push_back(add_mesh(mesh));
         for (const JsonObject &node : root_.objects("nodes")) reduced["nodes"].push_back(add_node(node));
         check_tree();
@@ -149,7 +100,7 @@ public:
         return std::move(out_);
     }
 
-private:
+  private:
     void asset()
     {
         const JsonObject asset = root_.required_object("asset");
@@ -161,7 +112,8 @@ private:
         }
         const auto least = asset.text("minVersion");
         if (least && *least != "2.0") {
-            source_.unsupported(fmt::format("needs a reader of glTF '{}': only 2.0 is read", printable(*least, 20)));
+            source_.unsupported(
+                fmt::format("needs a reader of glTF '{}': only 2.0 is read", printable(*least, 20)));
         }
     }
 
@@ -182,13 +134,16 @@ private:
         out_.quantized = std::find(used.begin(), used.end(), "KHR_mesh_quantization") != used.end();
         for (const std::string &name : out_.required) {
             if (std::find(used.begin(), used.end(), name) == used.end()) {
-                source_.invalid(fmt::format("extensionsRequired names '{}', extensionsUsed does not", printable(name)));
+                source_.invalid(
+                    fmt::format("extensionsRequired names '{}', extensionsUsed does not", printable(name)));
             }
             const bool known = std::any_of(std::begin(read_extensions), std::end(read_extensions),
                                            [&](const char *known_name) { return name == known_name; }) ||
                                std::any_of(std::begin(harmless_extensions), std::end(harmless_extensions),
                                            [&](const char *start) { return name.starts_with(start); });
-            if (!known) source_.unsupported(fmt::format("requires the extension '{}', which is not read", printable(name)));
+            if (!known)
+                source_.unsupported(
+                    fmt::format("requires the extension '{}', which is not read", printable(name)));
         }
     }
 
@@ -208,12 +163,13 @@ private:
         const std::uint64_t offset = view.integer("byteOffset", 0, max_size).value_or(0);
         const std::uint64_t length = view.required_integer("byteLength", 1, max_size);
         if (offset + length > out_.buffers[buffer].length) {
-            source_.invalid(fmt::format("{}: bytes {} to {} do not fit buffer {} of {} bytes", view.where(), offset,
-                                        offset + length, buffer, out_.buffers[buffer].length));
+            source_.invalid(fmt::format("{}: bytes {} to {} do not fit buffer {} of {} bytes", view.where(),
+                                        offset, offset + length, buffer, out_.buffers[buffer].length));
         }
         Json reduced = {{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", length}};
         const auto stride = view.integer("byteStride", 4, 252);
-        if (stride && *stride % 4 != 0) view.fail("byteStride", fmt::format("{} is not a multiple of 4", *stride));
+        if (stride && *stride % 4 != 0)
+            view.fail("byteStride", fmt::format("{} is not a multiple of 4", *stride));
         if (stride) reduced["byteStride"] = *stride;
         view.integer("target", 0, max_int);
 
@@ -232,12 +188,13 @@ private:
             m.filter = extension->text("filter").value_or("NONE");
             if (m.mode.empty()) extension->fail("mode", "missing");
             if (m.offset + m.length > out_.buffers[m.buffer].length) {
-                extension->fail("byteLength", fmt::format("bytes {} to {} do not fit buffer {} of {} bytes", m.offset,
-                                                          m.offset + m.length, m.buffer, out_.buffers[m.buffer].length));
+                extension->fail("byteLength",
+                                fmt::format("bytes {} to {} do not fit buffer {} of {} bytes", m.offset,
+                                            m.offset + m.length, m.buffer, out_.buffers[m.buffer].length));
             }
             if (m.count * m.stride != length) {
-                extension->fail("count", fmt::format("{} x {} bytes decode to {}, the bufferView has {}", m.count, m.stride,
-                                                     m.count * m.stride, length));
+                extension->fail("count", fmt::format("{} x {} bytes decode to {}, the bufferView has {}",
+                                                     m.count, m.stride, m.count * m.stride, length));
             }
             meshopt = std::move(m);
         }
@@ -258,20 +215,22 @@ private:
     }
 
     /// `count` elements of `size` bytes at `offset` of a view, `stride` apart, are in it and aligned.
-    void fits(const JsonObject &object, std::uint64_t view, std::uint64_t offset, std::uint64_t count, std::uint64_t size,
-              std::uint64_t stride, std::uint64_t component) const
+    void fits(const JsonObject &object, std::uint64_t view, std::uint64_t offset, std::uint64_t count,
+              std::uint64_t size, std::uint64_t stride, std::uint64_t component) const
     {
         if (offset % component != 0 || (view_offset_[view] + offset) % component != 0) {
             object.fail("byteOffset", fmt::format("not aligned to components of {} bytes", component));
         }
         if (stride < size) {
-            source_.invalid(fmt::format("{}: byteStride {} of bufferView {} is less than an element's {} bytes",
-                                        object.where(), stride, view, size));
+            source_.invalid(
+                fmt::format("{}: byteStride {} of bufferView {} is less than an element's {} bytes",
+                            object.where(), stride, view, size));
         }
         const std::uint64_t length = view_length_[view];
         if (offset > length || size > length - offset || (count - 1) > (length - offset - size) / stride) {
-            source_.invalid(fmt::format("{}: {} elements of {} bytes at offset {} do not fit bufferView {} of {} bytes",
-                                        object.where(), count, size, offset, view, length));
+            source_.invalid(
+                fmt::format("{}: {} elements of {} bytes at offset {} do not fit bufferView {} of {} bytes",
+                            object.where(), count, size, offset, view, length));
         }
     }
 
@@ -282,13 +241,13 @@ private:
         const std::uint64_t count = accessor.required_integer("count", 1, max_size / 256);
         const auto type = accessor.text("type");
         if (!type) accessor.fail("type", "missing");
-        const std::uint64_t components = *type == "SCALAR" ? 1
-                                         : *type == "VEC2" ? 2
-                                         : *type == "VEC3" ? 3
+        const std::uint64_t components = *type == "SCALAR"                    ? 1
+                                         : *type == "VEC2"                    ? 2
+                                         : *type == "VEC3"                    ? 3
                                          : *type == "VEC4" || *type == "MAT2" ? 4
-                                         : *type == "MAT3" ? 9
-                                         : *type == "MAT4" ? 16
-                                                           : 0;
+                                         : *type == "MAT3"                    ? 9
+                                         : *type == "MAT4"                    ? 16
+                                                                              : 0;
         if (components == 0) accessor.fail("type", fmt::format("'{}' is not allowed", printable(*type, 20)));
         // Columns of matrices begin at multiples of 4 bytes (3.6.2.4).
         const std::uint64_t rows = *type == "MAT2" ? 2 : *type == "MAT3" ? 3 : 0;
@@ -298,28 +257,31 @@ private:
             accessor.fail("normalized", "only integers of 8 and 16 bits can be normalised");
         }
         const std::uint64_t offset = accessor.integer("byteOffset", 0, max_size).value_or(0);
-        Json reduced = {{"componentType", component}, {"count", count}, {"type", *type}, {"normalized", normalized}};
+        Json reduced = {
+            {"componentType", component}, {"count", count}, {"type", *type}, {"normalized", normalized}};
         if (const auto view = accessor.reference("bufferView", count_["bufferViews"])) {
-            fits(accessor, *view, offset, count, size, view_stride_[*view] ? view_stride_[*view] : size, bytes);
+            fits(accessor, *view, offset, count, size, view_stride_[*view] ? view_stride_[*view] : size,
+                 bytes);
             reduced["bufferView"] = *view;
             reduced["byteOffset"] = offset;
         } else if (accessor.has("byteOffset")) {
             accessor.fail("byteOffset", "given without a bufferView");
         }
-        for (const char *bound : {"min", "max"})
-            accessor.numbers(bound, components);
+        for (const char *bound : {"min", "max"}) accessor.numbers(bound, components);
         if (const auto sparse = accessor.object("sparse")) {
             const std::uint64_t changed = sparse->required_integer("count", 1, std::min(count, max_int));
-            reduced["sparse"] = {{"count", changed},
-                                 {"indices", sparse_part(sparse->required_object("indices"), changed, 0)},
-                                 {"values", sparse_part(sparse->required_object("values"), changed, size, bytes)}};
+            reduced["sparse"] = {
+                {"count", changed},
+                {"indices", sparse_part(sparse->required_object("indices"), changed, 0)},
+                {"values", sparse_part(sparse->required_object("values"), changed, size, bytes)}};
         }
         accessors_.push_back({count, *type, static_cast<int>(component), normalized});
         return reduced;
     }
 
     /// sparse.indices when `size` is 0, else sparse.values of elements of `size` bytes.
-    Json sparse_part(const JsonObject &part, std::uint64_t count, std::uint64_t size, std::uint64_t component = 0) const
+    Json sparse_part(const JsonObject &part, std::uint64_t count, std::uint64_t size,
+                     std::uint64_t component = 0) const
     {
         Json reduced;
         if (size == 0) {
@@ -376,15 +338,17 @@ private:
             const bool is_float = a.component == 5126 && !a.normalized;
             const bool is_small = a.component >= 5120 && a.component <= 5123;
             if (a.type != "VEC3" || (!is_float && !(is_small && out_.quantized))) {
-                map.fail("POSITION", fmt::format("{} of componentType {} is not allowed{}", a.type, a.component,
-                                                 is_small && a.type == "VEC3" ? " without KHR_mesh_quantization" : ""));
+                map.fail("POSITION",
+                         fmt::format("{} of componentType {} is not allowed{}", a.type, a.component,
+                                     is_small && a.type == "VEC3" ? " without KHR_mesh_quantization" : ""));
             }
         }
         if (const auto indices = primitive.reference("indices", accessors_.size())) {
             const Accessor &a = accessors_[*indices];
             const bool is_unsigned = a.component == 5121 || a.component == 5123 || a.component == 5125;
             if (a.type != "SCALAR" || !is_unsigned || a.normalized) {
-                primitive.fail("indices", fmt::format("{} of componentType {} is not allowed", a.type, a.component));
+                primitive.fail("indices",
+                               fmt::format("{} of componentType {} is not allowed", a.type, a.component));
             }
             reduced["indices"] = *indices;
         }
@@ -399,7 +363,8 @@ private:
             const JsonObject ids = draco->required_object("attributes");
             for (const auto &[name, value] : ids.json().items()) {
                 const std::uint64_t id = ids.required_integer(name.c_str(), 0, max_int);
-                if (!map.has(name.c_str())) ids.fail(printable(name, 40).c_str(), "not an attribute of the primitive");
+                if (!map.has(name.c_str()))
+                    ids.fail(printable(name, 40).c_str(), "not an attribute of the primitive");
                 if (name == "POSITION") link.position = static_cast<std::uint32_t>(id);
             }
             out_.draco[{mesh_index, index}] = link;
@@ -458,7 +423,8 @@ private:
         for (std::size_t i = 0; i < children_.size(); ++i)
             for (const std::uint64_t child : children_[i]) {
                 if (parent_[child] >= 0) {
-                    source_.invalid(fmt::format("nodes[{}] has two parents, {} and {}", child, parent_[child], i));
+                    source_.invalid(
+                        fmt::format("nodes[{}] has two parents, {} and {}", child, parent_[child], i));
                 }
                 parent_[child] = static_cast<std::int64_t>(i);
             }
@@ -480,7 +446,8 @@ private:
     {
         Json reduced = {{"nodes", Json::array()}};
         for (const std::uint64_t node : scene.references("nodes", children_.size())) {
-            if (parent_[node] >= 0) scene.fail("nodes", fmt::format("{} is not a root: its parent is {}", node, parent_[node]));
+            if (parent_[node] >= 0)
+                scene.fail("nodes", fmt::format("{} is not a root: its parent is {}", node, parent_[node]));
             reduced["nodes"].push_back(node);
         }
         return reduced;
@@ -503,7 +470,8 @@ private:
         if (text.size() > max_int) source_.unsupported("more than 2 GiB of JSON");
         tinygltf::TinyGLTF reader;
         std::string error, warning;
-        if (!reader.LoadASCIIFromString(&out_.model, &error, &warning, text.data(), static_cast<unsigned>(text.size()), "")) {
+        if (!reader.LoadASCIIFromString(&out_.model, &error, &warning, text.data(),
+                                        static_cast<unsigned>(text.size()), "")) {
             source_.invalid(printable(error, 200));
         }
         for (const std::size_t i : lent) out_.model.accessors[i].bufferView = -1;
@@ -534,16 +502,20 @@ std::size_t gltf_component_size(int component_type)
 {
     switch (component_type) {
     case 5120:
-    case 5121: return 1;
+    case 5121:
+        return 1;
     case 5122:
-    case 5123: return 2;
-    default: return 4;
+    case 5123:
+        return 2;
+    default:
+        return 4;
     }
 }
 
-GltfDocument read_gltf_document(const Source &source, std::string_view text, std::span<const std::uint8_t> bin)
+GltfDocument read_gltf_document(const Source &source, std::string_view text,
+                                std::span<const std::uint8_t> bin)
 {
-    const Json json = parse(source, text);
+    const Json json = parse_json(source, text);
     return Validator(source, json, bin).run();
 }
 

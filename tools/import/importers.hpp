@@ -27,14 +27,14 @@ struct Source {
     std::span<const std::uint8_t> bytes;
     Sha256Stream &hash;
 
-    [[noreturn]] void refuse(ExitCode code, const std::string &what) const { throw Failure(code, name, what); }
+    [[noreturn]] void refuse(ExitCode code, const std::string &what) const
+    {
+        throw Failure(code, name, what);
+    }
     [[noreturn]] void invalid(const std::string &what) const { refuse(ExitCode::invalid, what); }
     [[noreturn]] void unsupported(const std::string &what) const { refuse(ExitCode::unsupported, what); }
 
-    std::string_view text() const
-    {
-        return {reinterpret_cast<const char *>(bytes.data()), bytes.size()};
-    }
+    std::string_view text() const { return {reinterpret_cast<const char *>(bytes.data()), bytes.size()}; }
 };
 
 /// Scene::name and Scene::source_hash are filled in by import_scene(), everything else by these.

@@ -63,7 +63,8 @@ double determinant(const std::array<double, 12> &m)
 Bytes read_whole_file(const std::filesystem::path &path, const std::string &blame)
 {
     const auto fail = [&](const std::string &why) {
-        const std::string what = path.string() == blame ? "" : fmt::format("{}: ", printable(path.string(), 300));
+        const std::string what =
+            path.string() == blame ? "" : fmt::format("{}: ", printable(path.string(), 300));
         throw Failure(ExitCode::system, blame, what + why);
     };
     struct File {
@@ -91,8 +92,10 @@ Bytes read_whole_file(const std::filesystem::path &path, const std::string &blam
     }
     const std::string_view text(reinterpret_cast<const char *>(bytes.data()), bytes.size());
     if (text.starts_with("version https://git-lfs.github.com/spec/")) {
-        const std::string which = path.string() == blame ? "this is" : printable(path.filename().string()) + " is";
-        throw Failure(ExitCode::invalid, blame, which + " a git-lfs pointer, not the file itself: run 'git lfs pull'");
+        const std::string which =
+            path.string() == blame ? "this is" : printable(path.filename().string()) + " is";
+        throw Failure(ExitCode::invalid, blame,
+                      which + " a git-lfs pointer, not the file itself: run 'git lfs pull'");
     }
     return bytes;
 }
@@ -155,8 +158,8 @@ Mesh flatten(const Scene &scene)
     }
     if (vertices > max_flat || triangles > max_flat) {
         throw Failure(ExitCode::unsupported, scene.name,
-                      fmt::format("the instances unfold to {} vertices and {} triangles, more than {}", vertices,
-                                  triangles, max_flat));
+                      fmt::format("the instances unfold to {} vertices and {} triangles, more than {}",
+                                  vertices, triangles, max_flat));
     }
     Mesh flat;
     flat.name = scene.name;
@@ -171,8 +174,9 @@ Mesh flatten(const Scene &scene)
             for (std::size_t r = 0; r < 3; ++r) {
                 q[r] = m[4 * r] * p[0] + m[4 * r + 1] * p[1] + m[4 * r + 2] * p[2] + m[4 * r + 3];
                 if (!std::isfinite(q[r])) {
-                    throw Failure(ExitCode::invalid, scene.name,
-                                  fmt::format("a coordinate of {} is not finite in the scene", instance.name));
+                    throw Failure(
+                        ExitCode::invalid, scene.name,
+                        fmt::format("a coordinate of {} is not finite in the scene", instance.name));
                 }
             }
             flat.vertices.push_back(q);

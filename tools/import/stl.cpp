@@ -34,7 +34,7 @@ bool same_word(std::string_view a, std::string_view lower_case)
 
 /// Collects triangles, one vertex for all corners at exactly the same place.
 class Welder {
-public:
+  public:
     explicit Welder(Mesh &mesh) : mesh_(mesh), slots_(1024, empty) {}
 
     std::uint32_t vertex(Point p)
@@ -49,7 +49,7 @@ public:
         return slots_[slot];
     }
 
-private:
+  private:
     static constexpr std::uint32_t empty = 0xffffffffu;
 
     std::size_t find(const Point &p) const
@@ -91,8 +91,8 @@ void read_binary(const Source &source, double unit, std::uint64_t count, Mesh &m
             for (std::size_t a = 0; a < 3; ++a) {
                 const double x = corners[3 * c + a];
                 if (!std::isfinite(x)) {
-                    source.invalid(fmt::format("triangle {}: coordinate {} of corner {} is not a finite number",
-                                               t, "xyz"[a], c));
+                    source.invalid(fmt::format(
+                        "triangle {}: coordinate {} of corner {} is not a finite number", t, "xyz"[a], c));
                 }
                 p[a] = x * unit;
             }
@@ -104,7 +104,7 @@ void read_binary(const Source &source, double unit, std::uint64_t count, Mesh &m
 
 /// Words and lines of an ASCII file, without the locale.
 class Words {
-public:
+  public:
     explicit Words(std::string_view text) : rest_(text) {}
 
     /// The next word, empty at the end of the file.
@@ -131,7 +131,8 @@ public:
         while (end < rest_.size() && rest_[end] != '\n' && rest_[end] != '\r') {
             if (end > 0 && is_space(rest_[end - 1])) {
                 Words ahead(rest_.substr(end));
-                if (same_word(ahead.peek(), "facet") && (ahead.next(), same_word(ahead.peek(), "normal"))) break;
+                if (same_word(ahead.peek(), "facet") && (ahead.next(), same_word(ahead.peek(), "normal")))
+                    break;
             }
             ++end;
         }
@@ -143,7 +144,7 @@ public:
 
     std::size_t line() const { return line_; }
 
-private:
+  private:
     void skip_space()
     {
         while (!rest_.empty() && is_space(rest_.front())) {
@@ -165,10 +166,11 @@ private:
 };
 
 class AsciiReader {
-public:
+  public:
     AsciiReader(const Source &source, std::string_view text, double unit, Scene &scene)
         : source_(source), words_(text), unit_(unit), scene_(scene), mesh_(scene.meshes[0]), welder_(mesh_)
-    {}
+    {
+    }
 
     void read()
     {
@@ -188,15 +190,17 @@ public:
             }
         }
         if (open) {
-            scene_.warnings.push_back({"stl-no-endsolid", "the last solid has no 'endsolid': the file may be cut"});
+            scene_.warnings.push_back(
+                {"stl-no-endsolid", "the last solid has no 'endsolid': the file may be cut"});
         }
     }
 
-private:
+  private:
     [[noreturn]] void fail(const char *wanted, std::string_view got)
     {
         if (got.empty()) {
-            source_.invalid(fmt::format("line {}: the file ends where '{}' should follow", words_.line(), wanted));
+            source_.invalid(
+                fmt::format("line {}: the file ends where '{}' should follow", words_.line(), wanted));
         }
         source_.invalid(fmt::format("line {}: '{}' should stand where '{}' does", words_.line(), wanted,
                                     printable(got, 40)));
@@ -205,7 +209,8 @@ private:
     /// "endloop", and "end loop" as some write it.
     bool closes(std::string_view word, std::string_view what)
     {
-        if (same_word(word.substr(0, 3), "end") && same_word(word.substr(std::min<std::size_t>(3, word.size())), what))
+        if (same_word(word.substr(0, 3), "end") &&
+            same_word(word.substr(std::min<std::size_t>(3, word.size())), what))
             return true;
         if (!same_word(word, "end") || !same_word(words_.peek(), what)) return false;
         words_.next();
@@ -262,8 +267,7 @@ private:
         double x = 0;
         const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
         if (end != digits.data() + digits.size() || error == std::errc::invalid_argument) {
-            source_.invalid(
-                fmt::format("line {}: '{}' is not a number", words_.line(), printable(word, 40)));
+            source_.invalid(fmt::format("line {}: '{}' is not a number", words_.line(), printable(word, 40)));
         }
         if (error == std::errc::result_out_of_range) { // too small is zero, too large is refused below
             const std::size_t e = digits.find_first_of("eE");
@@ -302,7 +306,8 @@ Scene import_stl(const Source &source, const ImportOptions &options)
 {
     if (!options.unit) source.refuse(ExitCode::usage, "STL has no unit: say --unit mm|cm|m|in");
     const double unit = *options.unit;
-    if (!(unit > 0) || !std::isfinite(unit)) source.refuse(ExitCode::usage, "the unit must be a positive length");
+    if (!(unit > 0) || !std::isfinite(unit))
+        source.refuse(ExitCode::usage, "the unit must be a positive length");
 
     Scene scene;
     Mesh &mesh = scene.meshes.emplace_back();
@@ -318,19 +323,23 @@ Scene import_stl(const Source &source, const ImportOptions &options)
     } else {
         if (size == 0) source.invalid("the file is empty");
         if (source.text().find('\0') == std::string_view::npos && needed != size) {
-            source.invalid("neither a binary STL (its size does not fit) nor an ASCII one (it does not begin with 'solid')");
+            source.invalid("neither a binary STL (its size does not fit) nor an ASCII one (it does not begin "
+                           "with 'solid')");
         }
         if (size < binary_start) {
-            source.invalid(fmt::format("a binary STL has at least {} bytes, the file has {}", binary_start, size));
+            source.invalid(
+                fmt::format("a binary STL has at least {} bytes, the file has {}", binary_start, size));
         }
         if (needed > size) {
-            source.invalid(fmt::format("triangle count {} needs {} bytes, the file has {}", count, needed, size));
+            source.invalid(
+                fmt::format("triangle count {} needs {} bytes, the file has {}", count, needed, size));
         }
         if (count == 0) source.invalid("a binary STL that declares 0 triangles");
         if (count > max_triangles) source.unsupported("more than 2^30 triangles");
         if (needed < size) {
-            scene.warnings.push_back({"stl-trailing-bytes",
-                                      fmt::format("{} bytes after the last of {} triangles ignored", size - needed, count)});
+            scene.warnings.push_back(
+                {"stl-trailing-bytes",
+                 fmt::format("{} bytes after the last of {} triangles ignored", size - needed, count)});
         }
         read_binary(source, unit, count, mesh);
     }

@@ -15,16 +15,18 @@ int main(int argc, char **argv)
         const std::filesystem::path path = argv[i];
         voxshell::ImportOptions options;
         std::string ending = path.extension().string();
-        std::transform(ending.begin(), ending.end(), ending.begin(), [](char c) { return static_cast<char>(c | 0x20); });
+        std::transform(ending.begin(), ending.end(), ending.begin(),
+                       [](char c) { return static_cast<char>(c | 0x20); });
         if (ending == ".stl") options.unit = 1e-3;
         const auto start = std::chrono::steady_clock::now();
         try {
             const voxshell::Scene scene = voxshell::import_scene(path, options);
             const voxshell::Mesh flat = voxshell::flatten(scene);
             const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-            fmt::print("{}: {} meshes, {} instances, {} triangles, {:.3f} s\n", path.string(), scene.meshes.size(),
-                       scene.instances.size(), flat.triangles.size(), seconds.count());
-            for (const voxshell::Warning &w : scene.warnings) fmt::print("  warning {}: {}\n", w.code, w.message);
+            fmt::print("{}: {} meshes, {} instances, {} triangles, {:.3f} s\n", path.string(),
+                       scene.meshes.size(), scene.instances.size(), flat.triangles.size(), seconds.count());
+            for (const voxshell::Warning &w : scene.warnings)
+                fmt::print("  warning {}: {}\n", w.code, w.message);
         } catch (const voxshell::Failure &failure) {
             fmt::print("{}: error {}: {}\n", failure.file, static_cast<int>(failure.code), failure.what());
             worst = std::max(worst, static_cast<int>(failure.code));
