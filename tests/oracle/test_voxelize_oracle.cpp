@@ -17,13 +17,15 @@ namespace {
 using Number = CGAL::Exact_predicates_exact_constructions_kernel::FT;
 using Vertex = std::array<Number, 3>;
 
-/// Does the closed triangle hold a point of [low, high)? Sutherland-Hodgman with exact numbers gives the polygon of
-/// the triangle inside the closed box; a convex polygon that avoids the half-open box lies in one of its three upper faces.
+/// Does the closed triangle hold a point of [low, high)? Sutherland-Hodgman with exact numbers gives the
+/// polygon of the triangle inside the closed box; a convex polygon that avoids the half-open box lies in one
+/// of its three upper faces.
 bool meets(const std::array<LatticePoint, 3> &triangle, const LatticePoint &low, const LatticePoint &high)
 {
     std::vector<Vertex> polygon;
     for (const LatticePoint &p : triangle)
-        polygon.push_back({Number(static_cast<double>(p[0])), Number(static_cast<double>(p[1])), Number(static_cast<double>(p[2]))});
+        polygon.push_back({Number(static_cast<double>(p[0])), Number(static_cast<double>(p[1])),
+                           Number(static_cast<double>(p[2]))});
     for (int axis = 0; axis < 3; ++axis)
         for (const int sign : {1, -1}) {
             const Number limit(static_cast<double>(sign > 0 ? high[axis] : -low[axis]));
@@ -81,10 +83,14 @@ struct Pick {
     std::int64_t coordinate(std::int64_t reach)
     {
         switch (between(0, 3)) {
-        case 0: return between(-reach, reach);
-        case 1: return between(-reach, reach) >> 16 << 16;
-        case 2: return (between(-reach, reach) >> 16 << 16) + between(-1, 1);
-        default: return between(-reach, reach) >> 15 << 15;
+        case 0:
+            return between(-reach, reach);
+        case 1:
+            return between(-reach, reach) >> 16 << 16;
+        case 2:
+            return (between(-reach, reach) >> 16 << 16) + between(-1, 1);
+        default:
+            return between(-reach, reach) >> 15 << 15;
         }
     }
     std::array<LatticePoint, 3> triangle(std::int64_t reach)
@@ -93,17 +99,28 @@ struct Pick {
         for (LatticePoint &p : t)
             for (std::int64_t &c : p) c = coordinate(reach);
         switch (between(0, 9)) {
-        case 0: t[1][2] = t[0][2], t[2][2] = t[0][2]; break;         // flat on a plane
-        case 1: t[2] = t[1]; break;                                   // a segment
-        case 2: t[1] = t[0], t[2] = t[0]; break;                      // a point
-        case 3: t[2] = {t[1][0] + between(-1, 1), t[1][1] + between(-1, 1), t[1][2] + between(-1, 1)}; break; // a sliver
-        case 4:                                                       // collinear
-            for (int a = 0; a < 3; ++a) t[1][a] = t[0][a] + 2 * ((t[2][a] - t[0][a]) / 2), t[2][a] = t[0][a] + (t[1][a] - t[0][a]) / 2;
+        case 0:
+            t[1][2] = t[0][2], t[2][2] = t[0][2];
+            break; // flat on a plane
+        case 1:
+            t[2] = t[1];
+            break; // a segment
+        case 2:
+            t[1] = t[0], t[2] = t[0];
+            break; // a point
+        case 3:
+            t[2] = {t[1][0] + between(-1, 1), t[1][1] + between(-1, 1), t[1][2] + between(-1, 1)};
+            break; // a sliver
+        case 4:    // collinear
+            for (int a = 0; a < 3; ++a)
+                t[1][a] = t[0][a] + 2 * ((t[2][a] - t[0][a]) / 2),
+                t[2][a] = t[0][a] + (t[1][a] - t[0][a]) / 2;
             break;
         case 5: // along the cell diagonal
             for (int a = 0; a < 3; ++a) t[1][a] = t[0][a] + (t[1][0] - t[0][0]);
             break;
-        default: break;
+        default:
+            break;
         }
         return t;
     }
@@ -124,10 +141,18 @@ std::uint64_t compare(const std::array<LatticePoint, 3> &t)
                 const bool got = cell_state(cells, c) == VXS_CELL_SURFACE;
                 ++pairs;
                 if (expected != got) {
-                    CAPTURE(t[0][0]); CAPTURE(t[0][1]); CAPTURE(t[0][2]);
-                    CAPTURE(t[1][0]); CAPTURE(t[1][1]); CAPTURE(t[1][2]);
-                    CAPTURE(t[2][0]); CAPTURE(t[2][1]); CAPTURE(t[2][2]);
-                    CAPTURE(c[0]); CAPTURE(c[1]); CAPTURE(c[2]);
+                    CAPTURE(t[0][0]);
+                    CAPTURE(t[0][1]);
+                    CAPTURE(t[0][2]);
+                    CAPTURE(t[1][0]);
+                    CAPTURE(t[1][1]);
+                    CAPTURE(t[1][2]);
+                    CAPTURE(t[2][0]);
+                    CAPTURE(t[2][1]);
+                    CAPTURE(t[2][2]);
+                    CAPTURE(c[0]);
+                    CAPTURE(c[1]);
+                    CAPTURE(c[2]);
                     CHECK(expected == got);
                 }
             }
@@ -194,13 +219,17 @@ TEST_CASE("binning finds exactly the bricks that hold a cell of the triangle")
         const std::set<BrickAt> bricks(binned.bricks.begin(), binned.bricks.end());
         CHECK(bricks.size() == binned.bricks.size());
         BrickAt last;
-        for (int a = 0; a < 3; ++a) last[a] = static_cast<std::int32_t>((mesh.max[a] - binned.origin[a]) >> 3);
+        for (int a = 0; a < 3; ++a)
+            last[a] = static_cast<std::int32_t>((mesh.max[a] - binned.origin[a]) >> 3);
         BrickAt b;
         for (b[0] = 0; b[0] <= last[0]; ++b[0])
             for (b[1] = 0; b[1] <= last[1]; ++b[1])
                 for (b[2] = 0; b[2] <= last[2]; ++b[2]) {
                     std::array<std::uint64_t, 8> met{};
-                    triangle_cells(mesh, 0, {binned.origin[0] + 8 * b[0], binned.origin[1] + 8 * b[1], binned.origin[2] + 8 * b[2]}, met);
+                    triangle_cells(mesh, 0,
+                                   {binned.origin[0] + 8 * b[0], binned.origin[1] + 8 * b[1],
+                                    binned.origin[2] + 8 * b[2]},
+                                   met);
                     std::uint64_t any = 0;
                     for (const std::uint64_t word : met) any |= word;
                     CHECK((any != 0) == bricks.contains(b));

@@ -25,9 +25,10 @@ int cell_state(const Cells &cells, const Cell &at)
         return VXS_CELL_FREE;
     }
     // The last run that does not begin after the brick is the only one that can hold it.
-    const auto after = std::upper_bound(cells.solid.begin(), cells.solid.end(), brick, [](const BrickAt &key, const SolidRun &r) {
-        return key < BrickAt{r.i, r.j, r.first};
-    });
+    const auto after = std::upper_bound(cells.solid.begin(), cells.solid.end(), brick,
+                                        [](const BrickAt &key, const SolidRun &r) {
+                                            return key < BrickAt{r.i, r.j, r.first};
+                                        });
     if (after == cells.solid.begin()) return VXS_CELL_FREE;
     const SolidRun &run = *(after - 1);
     return run.i == brick[0] && run.j == brick[1] && brick[2] <= run.last ? VXS_CELL_INTERIOR : VXS_CELL_FREE;
@@ -47,7 +48,9 @@ void recount(Cells &cells)
             cells.surface_cells += static_cast<std::uint64_t>(std::popcount(b.surface[i]));
             cells.interior_cells += static_cast<std::uint64_t>(std::popcount(b.interior[i]));
             const std::uint64_t any = b.surface[i] | b.interior[i];
-            if (any) grow(0, cells.origin[0] + 8 * std::int64_t{b.at[0]} + i, cells.origin[0] + 8 * std::int64_t{b.at[0]} + i);
+            if (any)
+                grow(0, cells.origin[0] + 8 * std::int64_t{b.at[0]} + i,
+                     cells.origin[0] + 8 * std::int64_t{b.at[0]} + i);
             columns |= any;
         }
         if (!columns) continue;

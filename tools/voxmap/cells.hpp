@@ -36,7 +36,7 @@ struct Cells {
     std::vector<SolidRun> solid;
     std::uint64_t surface_cells = 0;
     std::uint64_t interior_cells = 0;
-    Cell min{}, max{}; ///< tight box of surface and interior cells, max inclusive
+    Cell min{}, max{};   ///< tight box of surface and interior cells, max inclusive
     bool closed = false; ///< the mesh had no boundary edge (VXS_VOXMAP_FLAG_CLOSED)
 };
 

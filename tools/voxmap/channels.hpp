@@ -12,15 +12,16 @@
 
 namespace voxshell {
 
-/// One element per brick of Cells::bricks, in vxs_voxmap_brick_cell order. Signs: positive outside, negative inside.
+/// One element per brick of Cells::bricks, in vxs_voxmap_brick_cell order. Signs: positive outside, negative
+/// inside.
 struct Channels {
     int layer_count = 0; ///< L; 0: no layers
     /// Ring number around the surface in the Chebyshev metric: 0 surface, +-1..L, +-(L + 1) beyond.
     std::vector<std::array<std::int8_t, 512>> layer;
 
-    double distance_band = 0; ///< [m]; 0: no distance
-    double distance_step = 0; ///< [m] per unit
-    double distance_error = 0; ///< [m] bound: half a step and the lattice snap
+    double distance_band = 0;       ///< [m]; 0: no distance
+    double distance_step = 0;       ///< [m] per unit
+    double distance_error = 0;      ///< [m] bound: half a step and the lattice snap
     bool unsigned_distance = false; ///< an open part: no inside
     /// Distance of the cell's centre from the mesh in steps, clamped to the band.
     std::vector<std::array<std::int16_t, 512>> distance;
@@ -30,15 +31,16 @@ struct Channels {
 inline constexpr int max_channel_reach = 8;
 
 struct ChannelRequest {
-    int layers = 0;           ///< L in 0..8
+    int layers = 0;            ///< L in 0..8
     double distance_cells = 0; ///< band in cells, 0..7
 };
 
-/// Adds to `cells` (already classified) the bricks that the channels speak in and computes them. The sign of a
-/// surface cell's centre is that of its winding: by exact signed crossings along the cells' rows where the mesh is
-/// closed and consistently wound, by the winding number otherwise; a map without interior gets unsigned distance.
-/// Deterministic for any thread count. Throws Failure(usage) for a reach beyond one brick.
-Channels make_channels(Cells &cells, const LatticeMesh &mesh, const BrickTriangles &binned, const WindingNumber &winding,
-                       bool closed_and_oriented, const ChannelRequest &request, Progress &progress);
+/// Adds to `cells` (already classified) the bricks that the channels speak in and computes them. The sign of
+/// a surface cell's centre is that of its winding: by exact signed crossings along the cells' rows where the
+/// mesh is closed and consistently wound, by the winding number otherwise; a map without interior gets
+/// unsigned distance. Deterministic for any thread count. Throws Failure(usage) for a reach beyond one brick.
+Channels make_channels(Cells &cells, const LatticeMesh &mesh, const BrickTriangles &binned,
+                       const WindingNumber &winding, bool closed_and_oriented, const ChannelRequest &request,
+                       Progress &progress);
 
 } // namespace voxshell

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Components of the cells that are not surface, without ever storing those cells.
 //
-// Along k every column of cells is a sequence of runs between surface cells. A column without a surface cell, and the
-// two ends of any other, reach the border of the scene: they are outside. What is left are the runs between two surface
-// cells of one column: there are fewer of them than surface cells, and a union-find over the runs that overlap in
-// neighbouring columns is the whole flood fill.
+// Along k every column of cells is a sequence of runs between surface cells. A column without a surface cell,
+// and the two ends of any other, reach the border of the scene: they are outside. What is left are the runs
+// between two surface cells of one column: there are fewer of them than surface cells, and a union-find over
+// the runs that overlap in neighbouring columns is the whole flood fill.
 #include "voxmap/classify.hpp"
 
 #include "voxmap/dilate.hpp"
@@ -31,10 +31,11 @@ struct BrickColumn {
 };
 
 struct Columns {
-    std::vector<BrickColumn> bricks;       ///< sorted by (i, j)
-    std::vector<std::uint32_t> start;      ///< runs of column c of brick column b: [start[64 b + c], start[64 b + c + 1])
-    std::vector<Run> runs;                 ///< run r is node r + 1
-    std::vector<std::int32_t> low, high;   ///< first and last surface k per column; low > high: no surface cell
+    std::vector<BrickColumn> bricks; ///< sorted by (i, j)
+    std::vector<std::uint32_t>
+        start;             ///< runs of column c of brick column b: [start[64 b + c], start[64 b + c + 1])
+    std::vector<Run> runs; ///< run r is node r + 1
+    std::vector<std::int32_t> low, high; ///< first and last surface k per column; low > high: no surface cell
 };
 
 std::uint32_t root(std::vector<std::uint32_t> &parent, std::uint32_t node)
@@ -87,7 +88,8 @@ Columns find_runs(const Cells &cells)
         if (last >= 0) out.high[column] = last;
     };
     std::vector<std::uint32_t> count(columns + 1, 0);
-    tbb::parallel_for(std::size_t{0}, columns, [&](std::size_t c) { each_gap(c, [&](Run) { ++count[c + 1]; }); });
+    tbb::parallel_for(std::size_t{0}, columns,
+                      [&](std::size_t c) { each_gap(c, [&](Run) { ++count[c + 1]; }); });
     std::partial_sum(count.begin(), count.end(), count.begin());
     out.runs.resize(count.back());
     tbb::parallel_for(std::size_t{0}, columns, [&](std::size_t c) {
@@ -98,12 +100,14 @@ Columns find_runs(const Cells &cells)
     return out;
 }
 
-/// Unites the runs of two neighbouring columns that overlap in k, and runs that overlap the other's outer ends.
+/// Unites the runs of two neighbouring columns that overlap in k, and runs that overlap the other's outer
+/// ends.
 void join_columns(const Columns &columns, std::size_t a, std::size_t b, std::vector<std::uint32_t> &parent)
 {
     for (const auto &[from, to] : {std::pair{a, b}, std::pair{b, a}})
         for (std::uint32_t r = columns.start[from]; r < columns.start[from + 1]; ++r)
-            if (columns.low[to] > columns.high[to] || columns.runs[r].first < columns.low[to] || columns.runs[r].last > columns.high[to])
+            if (columns.low[to] > columns.high[to] || columns.runs[r].first < columns.low[to] ||
+                columns.runs[r].last > columns.high[to])
                 unite(parent, r + 1, outside);
     std::uint32_t p = columns.start[a], q = columns.start[b];
     while (p < columns.start[a + 1] && q < columns.start[b + 1]) {
@@ -126,12 +130,14 @@ Point center(const Cells &cells, const Columns &columns, std::size_t column, std
 
 std::size_t column_of(const Columns &columns, std::uint32_t run)
 {
-    return static_cast<std::size_t>(std::upper_bound(columns.start.begin(), columns.start.end(), run) - columns.start.begin()) - 1;
+    return static_cast<std::size_t>(std::upper_bound(columns.start.begin(), columns.start.end(), run) -
+                                    columns.start.begin()) -
+           1;
 }
 
 /// Outside cells next to the surface, evenly over the scene, that the winding number calls inside.
-std::optional<Leak> find_leak(const Cells &cells, const Columns &columns, const std::vector<std::uint32_t> &node_root,
-                              const WindingNumber &winding)
+std::optional<Leak> find_leak(const Cells &cells, const Columns &columns,
+                              const std::vector<std::uint32_t> &node_root, const WindingNumber &winding)
 {
     constexpr std::size_t most = 8192;
     std::vector<Point> samples;
@@ -147,7 +153,8 @@ std::optional<Leak> find_leak(const Cells &cells, const Columns &columns, const 
             samples.push_back(center(cells, columns, c, std::int64_t{columns.high[c]} + 1));
         }
     std::vector<double> value(samples.size());
-    tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t s) { value[s] = winding.at(samples[s]); });
+    tbb::parallel_for(std::size_t{0}, samples.size(),
+                      [&](std::size_t s) { value[s] = winding.at(samples[s]); });
     std::optional<Leak> leak;
     for (std::size_t s = 0; s < samples.size(); ++s) {
         if (std::abs(value[s]) < 0.5) continue;
@@ -170,7 +177,8 @@ void fill(Cells &cells, const Columns &columns, const std::vector<std::uint8_t> 
                 if (!interior[r]) continue;
                 const Run &run = columns.runs[r];
                 while (8 * cells.bricks[brick].at[2] + 7 < run.first) ++brick;
-                for (std::size_t inner = brick; inner < at.end && 8 * cells.bricks[inner].at[2] <= run.last; ++inner) {
+                for (std::size_t inner = brick; inner < at.end && 8 * cells.bricks[inner].at[2] <= run.last;
+                     ++inner) {
                     const std::int32_t base = 8 * cells.bricks[inner].at[2];
                     const int first = std::max(run.first - base, 0), last = std::min(run.last - base, 7);
                     const std::uint64_t bits = (std::uint64_t{0xff} << first & 0xff) & (0xff >> (7 - last));
@@ -181,7 +189,8 @@ void fill(Cells &cells, const Columns &columns, const std::vector<std::uint8_t> 
                 // The gap below `brick` is looked at too: a run may begin right at its lower end.
                 for (std::size_t inner = brick > at.begin ? brick - 1 : brick;
                      inner + 1 < at.end && 8 * cells.bricks[inner].at[2] <= run.last; ++inner) {
-                    const std::int32_t next = cells.bricks[inner].at[2] + 1, until = cells.bricks[inner + 1].at[2] - 1;
+                    const std::int32_t next = cells.bricks[inner].at[2] + 1,
+                                       until = cells.bricks[inner + 1].at[2] - 1;
                     if (next <= until && run.first <= 8 * next && run.last >= 8 * until + 7)
                         solid[b].push_back({at.i, at.j, next, until});
                 }
@@ -206,10 +215,13 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
     std::vector<std::uint32_t> parent(columns.runs.size() + 1);
     std::iota(parent.begin(), parent.end(), 0u);
     const auto brick_column = [&](std::int32_t i, std::int32_t j) -> std::ptrdiff_t {
-        const auto found = std::lower_bound(columns.bricks.begin(), columns.bricks.end(), std::pair{i, j}, [](const BrickColumn &b, const auto &key) {
-            return std::pair{b.i, b.j} < key;
-        });
-        return found != columns.bricks.end() && found->i == i && found->j == j ? found - columns.bricks.begin() : -1;
+        const auto found = std::lower_bound(columns.bricks.begin(), columns.bricks.end(), std::pair{i, j},
+                                            [](const BrickColumn &b, const auto &key) {
+                                                return std::pair{b.i, b.j} < key;
+                                            });
+        return found != columns.bricks.end() && found->i == i && found->j == j
+                   ? found - columns.bricks.begin()
+                   : -1;
     };
     for (std::size_t b = 0; b < columns.bricks.size(); ++b) {
         if ((b & 1023) == 0) progress.check();
@@ -217,7 +229,8 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
         const std::ptrdiff_t right = brick_column(at.i + 1, at.j), up = brick_column(at.i, at.j + 1);
         const bool left = brick_column(at.i - 1, at.j) >= 0, down = brick_column(at.i, at.j - 1) >= 0;
         const auto open = [&](std::size_t column) { // a neighbour without any surface cell: outside
-            for (std::uint32_t r = columns.start[column]; r < columns.start[column + 1]; ++r) unite(parent, r + 1, outside);
+            for (std::uint32_t r = columns.start[column]; r < columns.start[column + 1]; ++r)
+                unite(parent, r + 1, outside);
         };
         for (std::size_t ci = 0; ci < 8; ++ci)
             for (std::size_t cj = 0; cj < 8; ++cj) {
@@ -237,7 +250,8 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
                 if ((ci == 0 && !left) || (cj == 0 && !down)) open(here);
             }
     }
-    for (std::uint32_t n = 0; n < parent.size(); ++n) parent[n] = parent[parent[n]]; // roots come first: one pass flattens
+    for (std::uint32_t n = 0; n < parent.size(); ++n)
+        parent[n] = parent[parent[n]]; // roots come first: one pass flattens
     progress.advance(1);
 
     // A component is judged at the middle of its longest run: as far from the surface as is cheap to find.
@@ -248,15 +262,17 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
         if (component == outside) continue;
         std::uint32_t &best = longest[component];
         if (best == UINT32_MAX) components.push_back(component);
-        if (best == UINT32_MAX || columns.runs[r].last - columns.runs[r].first > columns.runs[best].last - columns.runs[best].first) best = r;
+        if (best == UINT32_MAX ||
+            columns.runs[r].last - columns.runs[r].first > columns.runs[best].last - columns.runs[best].first)
+            best = r;
     }
     std::vector<std::uint8_t> solid(parent.size(), 0);
     tbb::parallel_for(std::size_t{0}, components.size(), [&](std::size_t c) {
         if ((c & 1023) == 0) progress.check();
         const std::uint32_t run = longest[components[c]];
         const Run &r = columns.runs[run];
-        solid[components[c]] =
-            std::abs(winding.at(center(cells, columns, column_of(columns, run), (std::int64_t{r.first} + r.last) / 2))) >= 0.5;
+        solid[components[c]] = std::abs(winding.at(center(cells, columns, column_of(columns, run),
+                                                          (std::int64_t{r.first} + r.last) / 2))) >= 0.5;
     });
     out.components = components.size();
     for (const std::uint32_t c : components) out.cavities += !solid[c];
@@ -294,7 +310,8 @@ Classification classify_closing(Cells &cells, const WindingNumber &winding, doub
 
     std::vector<CellMask> covered(thick.bricks.size());
     std::size_t own = 0;
-    const Cell shift{(cells.origin[0] - thick.origin[0]) / 8, (cells.origin[1] - thick.origin[1]) / 8, (cells.origin[2] - thick.origin[2]) / 8};
+    const Cell shift{(cells.origin[0] - thick.origin[0]) / 8, (cells.origin[1] - thick.origin[1]) / 8,
+                     (cells.origin[2] - thick.origin[2]) / 8};
     for (std::size_t b = 0; b < thick.bricks.size(); ++b) {
         Brick &brick = thick.bricks[b];
         covered[b] = brick.surface;
@@ -314,7 +331,10 @@ Classification classify_closing(Cells &cells, const WindingNumber &winding, doub
                 const int local[3] = {static_cast<int>(i), bit >> 3, bit & 7};
                 Point center;
                 for (std::size_t a = 0; a < 3; ++a)
-                    center[a] = cells.voxel * (static_cast<double>(thick.origin[a] + 8 * std::int64_t{brick.at[a]} + local[a]) + 0.5);
+                    center[a] =
+                        cells.voxel *
+                        (static_cast<double>(thick.origin[a] + 8 * std::int64_t{brick.at[a]} + local[a]) +
+                         0.5);
                 if (std::abs(winding.at(center)) >= 0.5) brick.interior[i] |= std::uint64_t{1} << bit;
             }
         progress.advance(1);
@@ -322,7 +342,9 @@ Classification classify_closing(Cells &cells, const WindingNumber &winding, doub
     std::vector<std::uint8_t> silent(thick.bricks.size());
     for (std::size_t b = 0; b < silent.size(); ++b) {
         std::uint64_t surface = 0, any = 0, all = ~std::uint64_t{0};
-        for (std::size_t i = 0; i < 8; ++i) surface |= thick.bricks[b].surface[i], any |= thick.bricks[b].interior[i], all &= thick.bricks[b].interior[i];
+        for (std::size_t i = 0; i < 8; ++i)
+            surface |= thick.bricks[b].surface[i], any |= thick.bricks[b].interior[i],
+                all &= thick.bricks[b].interior[i];
         silent[b] = !surface && (any == 0 || all == ~std::uint64_t{0});
     }
     make_uniform(thick, silent);

@@ -11,7 +11,7 @@
 namespace voxshell {
 
 struct Leak {
-    Point at{};        ///< centre of an outside cell with winding >= 1/2 in magnitude [m]
+    Point at{}; ///< centre of an outside cell with winding >= 1/2 in magnitude [m]
     double winding = 0;
     std::uint64_t cells = 0; ///< sampled outside cells that say so
 };
@@ -27,9 +27,10 @@ struct Classification {
 /// without a surface cell are outside. Deterministic for any thread count.
 Classification classify(Cells &cells, const WindingNumber &winding, Progress &progress);
 
-/// The remedy for a leaking part: as classify(), but the outside may not pass a gap narrower than `gap` [m]. The surface
-/// is thickened by gap / 2 (rounded up to cells) for the flood alone; a cell that only the thickening covered is
-/// interior where its winding is >= 1/2. Surface cells stay as they are. Throws Failure(usage) for more than 64 cells.
+/// The remedy for a leaking part: as classify(), but the outside may not pass a gap narrower than `gap` [m].
+/// The surface is thickened by gap / 2 (rounded up to cells) for the flood alone; a cell that only the
+/// thickening covered is interior where its winding is >= 1/2. Surface cells stay as they are. Throws
+/// Failure(usage) for more than 64 cells.
 Classification classify_closing(Cells &cells, const WindingNumber &winding, double gap, Progress &progress);
 
 } // namespace voxshell

@@ -8,7 +8,8 @@
 namespace voxshell {
 namespace {
 
-/// Spreads a plane of 8 x 8 bits by one along each axis, inside the brick; the borders come from the neighbours.
+/// Spreads a plane of 8 x 8 bits by one along each axis, inside the brick; the borders come from the
+/// neighbours.
 struct Neighbourhood {
     std::array<CellMask, 27> word{}; ///< brick (i, j, k) of -1..1 at 9 (i + 1) + 3 (j + 1) + k + 1
 
@@ -16,7 +17,9 @@ struct Neighbourhood {
     std::uint64_t plane(int i, int dj, int dk) const
     {
         const int bi = i < 0 ? 0 : i > 7 ? 2 : 1, local = i & 7;
-        const auto part = [&](int bj, int bk) { return word[static_cast<std::size_t>(9 * bi + 3 * bj + bk)][static_cast<std::size_t>(local)]; };
+        const auto part = [&](int bj, int bk) {
+            return word[static_cast<std::size_t>(9 * bi + 3 * bj + bk)][static_cast<std::size_t>(local)];
+        };
         const auto along_k = [&](int bj) { // shift by dk with the bytes of the k neighbour
             const std::uint64_t own = part(bj, 1);
             constexpr std::uint64_t top = 0x8080808080808080, bottom = 0x0101010101010101;
@@ -47,11 +50,14 @@ void widen(Cells &cells, int reach)
         row = (row | row >> 8) & 0xff;
         low[1] = std::countr_zero(all) / 8, high[1] = 7 - std::countl_zero(all) / 8;
         low[2] = std::countr_zero(row), high[2] = 63 - std::countl_zero(row);
-        const auto reaches = [&](int axis, int step) { return step == 0 || (step < 0 ? low[axis] - reach < 0 : high[axis] + reach > 7); };
+        const auto reaches = [&](int axis, int step) {
+            return step == 0 || (step < 0 ? low[axis] - reach < 0 : high[axis] + reach > 7);
+        };
         for (int i = -1; i <= 1; ++i)
             for (int j = -1; j <= 1; ++j)
                 for (int k = -1; k <= 1; ++k)
-                    if ((i || j || k) && reaches(0, i) && reaches(1, j) && reaches(2, k)) wanted.push_back({b.at[0] + i, b.at[1] + j, b.at[2] + k});
+                    if ((i || j || k) && reaches(0, i) && reaches(1, j) && reaches(2, k))
+                        wanted.push_back({b.at[0] + i, b.at[1] + j, b.at[2] + k});
     }
     std::sort(wanted.begin(), wanted.end());
     wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
@@ -62,7 +68,9 @@ void widen(Cells &cells, int reach)
         for (int a = 0; a < 3; ++a)
             if (at[a] < 0) shift[a] = VXS_VOXMAP_CHUNK_BRICKS;
     const auto moved = [&](const BrickAt &at) {
-        return BrickAt{at[0] + static_cast<std::int32_t>(shift[0]), at[1] + static_cast<std::int32_t>(shift[1]), at[2] + static_cast<std::int32_t>(shift[2])};
+        return BrickAt{at[0] + static_cast<std::int32_t>(shift[0]),
+                       at[1] + static_cast<std::int32_t>(shift[1]),
+                       at[2] + static_cast<std::int32_t>(shift[2])};
     };
     for (Brick &b : cells.bricks) b.at = moved(b.at);
     for (SolidRun &r : cells.solid) {
@@ -76,7 +84,9 @@ void widen(Cells &cells, int reach)
     merged.reserve(cells.bricks.size() + wanted.size());
     std::size_t b = 0, run = 0;
     SolidRun rest = cells.solid.empty() ? SolidRun{INT32_MAX, 0, 0, 0} : cells.solid[0];
-    const auto next_run = [&] { rest = ++run < cells.solid.size() ? cells.solid[run] : SolidRun{INT32_MAX, 0, 0, 0}; };
+    const auto next_run = [&] {
+        rest = ++run < cells.solid.size() ? cells.solid[run] : SolidRun{INT32_MAX, 0, 0, 0};
+    };
     for (const BrickAt &unmoved : wanted) {
         const BrickAt at = moved(unmoved);
         while (b < cells.bricks.size() && cells.bricks[b].at < at) merged.push_back(cells.bricks[b++]);
@@ -104,10 +114,13 @@ BrickNeighbours::BrickNeighbours(const Cells &cells) : at(cells.bricks.size())
         const BrickAt &own = cells.bricks[b].at;
         for (int n = 0; n < 27; n += 3) { // three neighbours along k lie side by side
             const BrickAt first{own[0] + n / 9 - 1, own[1] + n / 3 % 3 - 1, own[2] - 1};
-            auto found = std::lower_bound(cells.bricks.begin(), cells.bricks.end(), first, [](const Brick &x, const BrickAt &key) { return x.at < key; });
+            auto found = std::lower_bound(cells.bricks.begin(), cells.bricks.end(), first,
+                                          [](const Brick &x, const BrickAt &key) { return x.at < key; });
             for (int k = 0; k < 3; ++k) {
-                const bool here = found != cells.bricks.end() && found->at == BrickAt{first[0], first[1], first[2] + k};
-                at[b][static_cast<std::size_t>(n + k)] = here ? static_cast<std::uint32_t>(found++ - cells.bricks.begin()) : none;
+                const bool here =
+                    found != cells.bricks.end() && found->at == BrickAt{first[0], first[1], first[2] + k};
+                at[b][static_cast<std::size_t>(n + k)] =
+                    here ? static_cast<std::uint32_t>(found++ - cells.bricks.begin()) : none;
             }
         }
     });
@@ -123,7 +136,8 @@ std::vector<CellMask> dilate(const std::vector<CellMask> &masks, const BrickNeig
         std::array<std::uint64_t, 10> grown{}; // planes -1..8, grown along j and k
         for (int i = -1; i <= 8; ++i)
             for (int dj = -1; dj <= 1; ++dj)
-                for (int dk = -1; dk <= 1; ++dk) grown[static_cast<std::size_t>(i + 1)] |= around.plane(i, dj, dk);
+                for (int dk = -1; dk <= 1; ++dk)
+                    grown[static_cast<std::size_t>(i + 1)] |= around.plane(i, dj, dk);
         for (std::size_t i = 0; i < 8; ++i) out[b][i] = grown[i] | grown[i + 1] | grown[i + 2];
     });
     return out;
@@ -145,10 +159,13 @@ std::vector<std::size_t> make_uniform(Cells &cells, const std::vector<std::uint8
     cells.bricks.resize(kept.size());
     if (solid.empty()) return kept;
     solid.insert(solid.end(), cells.solid.begin(), cells.solid.end());
-    std::sort(solid.begin(), solid.end(), [](const SolidRun &a, const SolidRun &b) { return BrickAt{a.i, a.j, a.first} < BrickAt{b.i, b.j, b.first}; });
+    std::sort(solid.begin(), solid.end(), [](const SolidRun &a, const SolidRun &b) {
+        return BrickAt{a.i, a.j, a.first} < BrickAt{b.i, b.j, b.first};
+    });
     cells.solid.clear();
     for (const SolidRun &r : solid) {
-        if (!cells.solid.empty() && cells.solid.back().i == r.i && cells.solid.back().j == r.j && cells.solid.back().last + 1 == r.first)
+        if (!cells.solid.empty() && cells.solid.back().i == r.i && cells.solid.back().j == r.j &&
+            cells.solid.back().last + 1 == r.first)
             cells.solid.back().last = r.last;
         else
             cells.solid.push_back(r);

@@ -12,22 +12,23 @@ namespace voxshell {
 
 using CellMask = std::array<std::uint64_t, 8>; ///< 512 cells of a brick, in Brick's bit order
 
-/// Adds to `cells` every brick that has a cell within `reach` (1..8) cells, Chebyshev, of a surface cell; solid runs
-/// give way. The cells' states stay; the origin may move down by a chunk.
+/// Adds to `cells` every brick that has a cell within `reach` (1..8) cells, Chebyshev, of a surface cell;
+/// solid runs give way. The cells' states stay; the origin may move down by a chunk.
 void widen(Cells &cells, int reach);
 
 /// The 27 bricks around each brick (itself in the middle, at 13), or `none`.
 struct BrickNeighbours {
     static constexpr std::uint32_t none = UINT32_MAX;
     explicit BrickNeighbours(const Cells &cells);
-    std::vector<std::array<std::uint32_t, 27>> at; ///< brick (i, j, k) of -1..1 at 9 (i + 1) + 3 (j + 1) + k + 1
+    std::vector<std::array<std::uint32_t, 27>>
+        at; ///< brick (i, j, k) of -1..1 at 9 (i + 1) + 3 (j + 1) + k + 1
 };
 
 /// Each mask grown by one cell in the Chebyshev metric, within the bricks that there are.
 std::vector<CellMask> dilate(const std::vector<CellMask> &masks, const BrickNeighbours &neighbours);
 
-/// Turns the bricks for which `silent[b]` is set, all of one state, back into free space or solid runs. The others
-/// keep their order; `kept` lists them.
+/// Turns the bricks for which `silent[b]` is set, all of one state, back into free space or solid runs. The
+/// others keep their order; `kept` lists them.
 std::vector<std::size_t> make_uniform(Cells &cells, const std::vector<std::uint8_t> &silent);
 
 } // namespace voxshell

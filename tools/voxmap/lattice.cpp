@@ -10,7 +10,8 @@
 namespace voxshell {
 namespace {
 
-constexpr double max_cells = VXS_VOXMAP_MAX_CELLS, max_root = VXS_VOXMAP_MAX_ROOT, chunk_cells = VXS_VOXMAP_CHUNK_CELLS;
+constexpr double max_cells = VXS_VOXMAP_MAX_CELLS, max_root = VXS_VOXMAP_MAX_ROOT,
+                 chunk_cells = VXS_VOXMAP_CHUNK_CELLS;
 
 /// The smallest voxel, on a 1-2-5 scale, whose grid the format can hold.
 double smallest_voxel(const Point &low, const Point &high, double voxel)
@@ -53,16 +54,17 @@ LatticeMesh snap(const Mesh &mesh, double voxel)
     for (int a = 0; a < 3; ++a) {
         const double first = std::floor(low[a] / voxel), last = std::floor(high[a] / voxel);
         const double chunks = std::floor(last / chunk_cells) - std::floor(first / chunk_cells) + 1;
-        fits = fits && std::abs(first) < 0x1p44 && std::abs(last) < 0x1p44 &&
-               chunks * chunk_cells <= max_cells;
+        fits =
+            fits && std::abs(first) < 0x1p44 && std::abs(last) < 0x1p44 && chunks * chunk_cells <= max_cells;
         root *= chunks;
     }
     if (!fits || !(root <= max_root)) {
         const double size = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-        throw Failure(ExitCode::requirement, "",
-                      fmt::format("a voxel of {:.6g} m makes {:.4g} cells along {:.6g} m, more than a voxmap holds; "
-                                  "the smallest that fits is --voxel {:.6g}m",
-                                  voxel, std::ceil(size / voxel), size, smallest_voxel(low, high, voxel)));
+        throw Failure(
+            ExitCode::requirement, "",
+            fmt::format("a voxel of {:.6g} m makes {:.4g} cells along {:.6g} m, more than a voxmap holds; "
+                        "the smallest that fits is --voxel {:.6g}m",
+                        voxel, std::ceil(size / voxel), size, smallest_voxel(low, high, voxel)));
     }
 
     LatticeMesh out;
@@ -74,7 +76,8 @@ LatticeMesh snap(const Mesh &mesh, double voxel)
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         for (int a = 0; a < 3; ++a) {
             const double x = std::clamp(mesh.vertices[v][a], low[a], high[a]);
-            out.vertices[v][a] = static_cast<std::int64_t>(std::nearbyint(x / voxel * static_cast<double>(lattice_per_cell)));
+            out.vertices[v][a] =
+                static_cast<std::int64_t>(std::nearbyint(x / voxel * static_cast<double>(lattice_per_cell)));
         }
     out.min = {INT64_MAX, INT64_MAX, INT64_MAX};
     out.max = {INT64_MIN, INT64_MIN, INT64_MIN};

@@ -10,7 +10,7 @@
 
 namespace voxshell {
 
-using Cell = std::array<std::int64_t, 3>;    ///< cell indices (i, j, k) in the scene frame
+using Cell = std::array<std::int64_t, 3>;         ///< cell indices (i, j, k) in the scene frame
 using LatticePoint = std::array<std::int64_t, 3>; ///< in units of voxel / 65536, scene frame
 
 inline constexpr int lattice_bits = 16;

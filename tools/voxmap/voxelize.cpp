@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Triangle against 8 x 8 x 8 half-open boxes, by separating axes in integers.
 //
-// A closed triangle T misses the half-open box B = [lo, hi) exactly if one of 13 axes n separates them: the box's
-// three, the triangle's normal, and nine edge x axis. B is the union of the closed boxes [lo, hi - e], e -> 0, so a
-// tie counts as "separated" whenever the end of the box that ties moves with e: the maximum if some n_i > 0, the
-// minimum if some n_i < 0. Of an edge axis only the side on which the edge is extremal needs a test (the faces of
-// the Minkowski difference), both where the triangle projects to a segment.
+// A closed triangle T misses the half-open box B = [lo, hi) exactly if one of 13 axes n separates them: the
+// box's three, the triangle's normal, and nine edge x axis. B is the union of the closed boxes [lo, hi - e],
+// e -> 0, so a tie counts as "separated" whenever the end of the box that ties moves with e: the maximum if
+// some n_i > 0, the minimum if some n_i < 0. Of an edge axis only the side on which the edge is extremal
+// needs a test (the faces of the Minkowski difference), both where the triangle projects to a segment.
 //
-// Boxes are S [x, x+1)^3 with S = 2^shift and x in 0..7 relative to the block. For an axis n the box's projection is
-// S (n.x + n+ ) at its maximum and S (n.x + n-) at its minimum, with n+ and n- the sums of positive and negative
-// components; S divides out of every comparison with the triangle's value w:
+// Boxes are S [x, x+1)^3 with S = 2^shift and x in 0..7 relative to the block. For an axis n the box's
+// projection is S (n.x + n+ ) at its maximum and S (n.x + n-) at its minimum, with n+ and n- the sums of
+// positive and negative components; S divides out of every comparison with the triangle's value w:
 //   not separated above:  n.x + n+ >= ceil ((w + [some n_i > 0]) / S)
 //   not separated below:  n.x + n- <= floor((w - [some n_i < 0]) / S)
-// so that after one shift of w the loops over cells need no wide arithmetic. The nine edge axes each live in one
-// coordinate plane: three 8 x 8 masks decide them, and their product leaves few cells for the plane test.
+// so that after one shift of w the loops over cells need no wide arithmetic. The nine edge axes each live in
+// one coordinate plane: three 8 x 8 masks decide them, and their product leaves few cells for the plane test.
 #include "voxmap/voxelize.hpp"
 
 #include <algorithm>
@@ -27,7 +27,8 @@ namespace {
 
 __extension__ typedef __int128 Wide;
 
-/// Extents up to 2^28 lattice units (4096 cells) keep n.x below 2^62 (normal below 2^57, x below 8, three terms).
+/// Extents up to 2^28 lattice units (4096 cells) keep n.x below 2^62 (normal below 2^57, x below 8, three
+/// terms).
 constexpr std::int64_t narrow_extent = std::int64_t{1} << 28;
 
 using Local = std::array<std::int64_t, 3>; ///< lattice units relative to the block's minimum corner
@@ -54,7 +55,8 @@ Int shift_ceil(Wide value, int shift)
 /// Cells of one coordinate plane (row a, column b; bit 8 a + b) that no edge axis of this plane separates.
 /// `low` and `high` limit the cells to the triangle's bounding box.
 template<class Int>
-std::uint64_t plane_mask(const std::array<Local, 3> &v, int a, int b, int shift, const int *low, const int *high)
+std::uint64_t plane_mask(const std::array<Local, 3> &v, int a, int b, int shift, const int *low,
+                         const int *high)
 {
     std::uint64_t row = 0, mask = 0;
     for (int y = low[b]; y <= high[b]; ++y) row |= std::uint64_t{1} << y;
@@ -94,7 +96,8 @@ std::uint64_t spread_bits(std::uint64_t row)
 }
 
 template<class Int>
-void met_boxes(const std::array<Local, 3> &v, int shift, const int *low, const int *high, std::array<std::uint64_t, 8> &met)
+void met_boxes(const std::array<Local, 3> &v, int shift, const int *low, const int *high,
+               std::array<std::uint64_t, 8> &met)
 {
     const std::uint64_t yz = plane_mask<Int>(v, 1, 2, shift, low, high);
     if (!yz) return;
@@ -126,7 +129,8 @@ void met_boxes(const std::array<Local, 3> &v, int shift, const int *low, const i
     }
 }
 
-/// Boxes S (x, x+1)^3, S = 2^shift, of the 8^3 block at `corner` [lattice units] that the closed triangle meets.
+/// Boxes S (x, x+1)^3, S = 2^shift, of the 8^3 block at `corner` [lattice units] that the closed triangle
+/// meets.
 void triangle_boxes(const LatticeMesh &mesh, std::uint32_t triangle, const LatticePoint &corner, int shift,
                     std::array<std::uint64_t, 8> &met)
 {
@@ -163,18 +167,21 @@ std::uint64_t brick_key(std::uint64_t i, std::uint64_t j, std::uint64_t k)
 }
 
 /// Descends from a block of 8^3 boxes of size 2^shift to bricks; each level asks the same exact question.
-void collect(const LatticeMesh &mesh, std::uint32_t triangle, const LatticePoint &base, const LatticePoint &corner, int shift,
-             std::vector<Pair> &out)
+void collect(const LatticeMesh &mesh, std::uint32_t triangle, const LatticePoint &base,
+             const LatticePoint &corner, int shift, std::vector<Pair> &out)
 {
     std::array<std::uint64_t, 8> met{};
     triangle_boxes(mesh, triangle, corner, shift, met);
     for (int i = 0; i < 8; ++i)
         for (std::uint64_t left = met[i]; left; left &= left - 1) {
             const int bit = std::countr_zero(left);
-            const LatticePoint at{corner[0] + (std::int64_t{i} << shift), corner[1] + (std::int64_t{bit >> 3} << shift),
+            const LatticePoint at{corner[0] + (std::int64_t{i} << shift),
+                                  corner[1] + (std::int64_t{bit >> 3} << shift),
                                   corner[2] + (std::int64_t{bit & 7} << shift)};
             if (shift == brick_shift) {
-                const auto brick = [&](int a) { return static_cast<std::uint64_t>((at[a] - base[a]) >> brick_shift); };
+                const auto brick = [&](int a) {
+                    return static_cast<std::uint64_t>((at[a] - base[a]) >> brick_shift);
+                };
                 out.push_back({brick_key(brick(0), brick(1), brick(2)), triangle});
             } else {
                 collect(mesh, triangle, base, at, shift - brick_bits, out);
@@ -184,10 +191,12 @@ void collect(const LatticeMesh &mesh, std::uint32_t triangle, const LatticePoint
 
 } // namespace
 
-void triangle_cells(const LatticeMesh &mesh, std::uint32_t triangle, const Cell &brick_min, std::array<std::uint64_t, 8> &met)
+void triangle_cells(const LatticeMesh &mesh, std::uint32_t triangle, const Cell &brick_min,
+                    std::array<std::uint64_t, 8> &met)
 {
     triangle_boxes(mesh, triangle,
-                   {brick_min[0] << lattice_bits, brick_min[1] << lattice_bits, brick_min[2] << lattice_bits}, lattice_bits, met);
+                   {brick_min[0] << lattice_bits, brick_min[1] << lattice_bits, brick_min[2] << lattice_bits},
+                   lattice_bits, met);
 }
 
 BrickTriangles bin_triangles(const LatticeMesh &mesh, Progress &progress)
@@ -222,9 +231,10 @@ BrickTriangles bin_triangles(const LatticeMesh &mesh, Progress &progress)
             LatticePoint at;
             for (at[0] = low[0] >> block << block; at[0] <= high[0]; at[0] += std::int64_t{1} << block)
                 for (at[1] = low[1] >> block << block; at[1] <= high[1]; at[1] += std::int64_t{1} << block)
-                    for (at[2] = low[2] >> block << block; at[2] <= high[2]; at[2] += std::int64_t{1} << block)
-                        collect(mesh, static_cast<std::uint32_t>(t), base, {base[0] + at[0], base[1] + at[1], base[2] + at[2]},
-                                shift, pairs[p]);
+                    for (at[2] = low[2] >> block << block; at[2] <= high[2];
+                         at[2] += std::int64_t{1} << block)
+                        collect(mesh, static_cast<std::uint32_t>(t), base,
+                                {base[0] + at[0], base[1] + at[1], base[2] + at[2]}, shift, pairs[p]);
         }
         progress.advance(last - p * portion);
     });
@@ -244,7 +254,8 @@ BrickTriangles bin_triangles(const LatticeMesh &mesh, Progress &progress)
     for (std::size_t p = 0; p < total; ++p) {
         if (p == 0 || all[p].brick != all[p - 1].brick) {
             const std::uint64_t key = all[p].brick;
-            out.bricks.push_back({static_cast<std::int32_t>(key >> 42), static_cast<std::int32_t>(key >> 21 & 0x1fffff),
+            out.bricks.push_back({static_cast<std::int32_t>(key >> 42),
+                                  static_cast<std::int32_t>(key >> 21 & 0x1fffff),
                                   static_cast<std::int32_t>(key & 0x1fffff)});
             out.start.push_back(p);
         }
@@ -261,17 +272,20 @@ Cells voxelize(const LatticeMesh &mesh, const BrickTriangles &binned, Progress &
     out.origin = binned.origin;
     out.bricks.resize(binned.bricks.size());
     progress.stage("voxelise", binned.bricks.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, binned.bricks.size(), 256), [&](const tbb::blocked_range<std::size_t> &range) {
-        progress.check();
-        for (std::size_t b = range.begin(); b != range.end(); ++b) {
-            Brick &brick = out.bricks[b];
-            brick.at = binned.bricks[b];
-            const Cell corner{out.origin[0] + 8 * std::int64_t{brick.at[0]}, out.origin[1] + 8 * std::int64_t{brick.at[1]},
-                              out.origin[2] + 8 * std::int64_t{brick.at[2]}};
-            for (const std::uint32_t t : binned.of(b)) triangle_cells(mesh, t, corner, brick.surface);
-        }
-        progress.advance(range.size());
-    });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, binned.bricks.size(), 256),
+                      [&](const tbb::blocked_range<std::size_t> &range) {
+                          progress.check();
+                          for (std::size_t b = range.begin(); b != range.end(); ++b) {
+                              Brick &brick = out.bricks[b];
+                              brick.at = binned.bricks[b];
+                              const Cell corner{out.origin[0] + 8 * std::int64_t{brick.at[0]},
+                                                out.origin[1] + 8 * std::int64_t{brick.at[1]},
+                                                out.origin[2] + 8 * std::int64_t{brick.at[2]}};
+                              for (const std::uint32_t t : binned.of(b))
+                                  triangle_cells(mesh, t, corner, brick.surface);
+                          }
+                          progress.advance(range.size());
+                      });
     recount(out);
     return out;
 }

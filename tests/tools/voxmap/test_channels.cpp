@@ -47,13 +47,17 @@ const Brick *brick_of(const Cells &cells, const Cell &at, std::size_t &index, st
     return nullptr;
 }
 
-/// Distance of a point from a triangle by an independent way: minimise over the barycentric square, then polish on features.
+/// Distance of a point from a triangle by an independent way: minimise over the barycentric square, then
+/// polish on features.
 double distance_to(const Point &p, const Point &a, const Point &b, const Point &c)
 {
-    const auto sub = [](const Point &x, const Point &y) { return Point{x[0] - y[0], x[1] - y[1], x[2] - y[2]}; };
+    const auto sub = [](const Point &x, const Point &y) {
+        return Point{x[0] - y[0], x[1] - y[1], x[2] - y[2]};
+    };
     const auto dot = [](const Point &x, const Point &y) { return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]; };
     const Point u = sub(b, a), v = sub(c, a), w = sub(p, a);
-    const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), wu = dot(w, u), wv = dot(w, v), det = uu * vv - uv * uv;
+    const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), wu = dot(w, u), wv = dot(w, v),
+                 det = uu * vv - uv * uv;
     double best = INFINITY;
     const auto consider = [&](double s, double t) {
         Point q;
@@ -75,7 +79,8 @@ double distance_to(const Point &p, const Point &a, const Point &b, const Point &
 double mesh_distance(const Mesh &mesh, const Point &p)
 {
     double best = INFINITY;
-    for (const Triangle &t : mesh.triangles) best = std::min(best, distance_to(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
+    for (const Triangle &t : mesh.triangles)
+        best = std::min(best, distance_to(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
     return best;
 }
 
@@ -116,7 +121,8 @@ TEST_CASE("distance of a box: faces, convex edges and corners, sign in surface c
     const Mesh mesh = solids::box(low, high);
     const Made made = make(mesh, 0.001, true, {0, 4});
     check_distance(made, mesh, [&](const Point &p) {
-        return p[0] > low[0] && p[0] < high[0] && p[1] > low[1] && p[1] < high[1] && p[2] > low[2] && p[2] < high[2];
+        return p[0] > low[0] && p[0] < high[0] && p[1] > low[1] && p[1] < high[1] && p[2] > low[2] &&
+               p[2] < high[2];
     });
     CHECK(made.channels.distance_error < 1e-4 * made.cells.voxel * 2);
 }
@@ -128,14 +134,16 @@ TEST_CASE("a box with its faces on cell centres and on grid planes")
         const Mesh mesh = solids::box(low, high);
         const Made made = make(mesh, 0.001, true, {0, 3});
         check_distance(made, mesh, [&](const Point &p) {
-            return p[0] > low[0] && p[0] < high[0] && p[1] > low[1] && p[1] < high[1] && p[2] > low[2] && p[2] < high[2];
+            return p[0] > low[0] && p[0] < high[0] && p[1] > low[1] && p[1] < high[1] && p[2] > low[2] &&
+                   p[2] < high[2];
         });
     }
 }
 
 TEST_CASE("a hollow ball: concave walls, a cavity, either winding")
 {
-    const Mesh hollow = solids::join(solids::sphere({0, 0, 0}, 0.01, 10), solids::turned_inside_out(solids::sphere({0, 0, 0}, 0.005, 10)));
+    const Mesh hollow = solids::join(solids::sphere({0, 0, 0}, 0.01, 10),
+                                     solids::turned_inside_out(solids::sphere({0, 0, 0}, 0.005, 10)));
     const WindingNumber winding(hollow);
     for (const Mesh &mesh : {hollow, solids::turned_inside_out(hollow)}) {
         const Made made = make(mesh, 0.001, true, {0, 3});
@@ -145,8 +153,11 @@ TEST_CASE("a hollow ball: concave walls, a cavity, either winding")
 
 TEST_CASE("two solids that overlap are inside once, whatever lies between")
 {
-    const Mesh mesh = solids::join(solids::box({0, 0, 0}, {0.0083, 0.0083, 0.0083}), solids::box({0.0041, 0.0041, 0.0041}, {0.0127, 0.0127, 0.0127}));
-    const auto in = [](const Point &p, double l, double h) { return p[0] > l && p[0] < h && p[1] > l && p[1] < h && p[2] > l && p[2] < h; };
+    const Mesh mesh = solids::join(solids::box({0, 0, 0}, {0.0083, 0.0083, 0.0083}),
+                                   solids::box({0.0041, 0.0041, 0.0041}, {0.0127, 0.0127, 0.0127}));
+    const auto in = [](const Point &p, double l, double h) {
+        return p[0] > l && p[0] < h && p[1] > l && p[1] < h && p[2] > l && p[2] < h;
+    };
     const Made made = make(mesh, 0.001, true, {0, 3});
     check_distance(made, mesh, [&](const Point &p) { return in(p, 0, 0.0083) || in(p, 0.0041, 0.0127); });
 }
@@ -185,7 +196,8 @@ TEST_CASE("layers are Chebyshev rings around the surface, across bricks")
                         for (int j = -r; j <= r; ++j)
                             for (int k = -r; k <= r; ++k)
                                 if (std::max({std::abs(i), std::abs(j), std::abs(k)}) == r &&
-                                    cell_state(made.cells, {c[0] + i, c[1] + j, c[2] + k}) == VXS_CELL_SURFACE)
+                                    cell_state(made.cells, {c[0] + i, c[1] + j, c[2] + k}) ==
+                                        VXS_CELL_SURFACE)
                                     ring = r;
                 if (cell_state(made.cells, c) == VXS_CELL_INTERIOR) ring = -ring;
                 std::size_t index, cell;

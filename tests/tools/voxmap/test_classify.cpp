@@ -27,20 +27,24 @@ Made make(const Mesh &mesh, double voxel)
     return made;
 }
 
-/// An interior cell is exactly one that is not surface, not reached by a flood from outside, and inside by `solid`.
+/// An interior cell is exactly one that is not surface, not reached by a flood from outside, and inside by
+/// `solid`.
 template<class Solid>
 void check_against_flood(const Cells &cells, const Solid &solid)
 {
     Cell low, size;
     for (int a = 0; a < 3; ++a) low[a] = cells.min[a] - 2, size[a] = cells.max[a] - cells.min[a] + 5;
     const auto index = [&](const Cell &c) {
-        return static_cast<std::size_t>(((c[0] - low[0]) * size[1] + c[1] - low[1]) * size[2] + c[2] - low[2]);
+        return static_cast<std::size_t>(((c[0] - low[0]) * size[1] + c[1] - low[1]) * size[2] + c[2] -
+                                        low[2]);
     };
-    std::vector<std::uint8_t> state(static_cast<std::size_t>(size[0] * size[1] * size[2])), reached(state.size());
+    std::vector<std::uint8_t> state(static_cast<std::size_t>(size[0] * size[1] * size[2])),
+        reached(state.size());
     Cell c;
     for (c[0] = low[0]; c[0] < low[0] + size[0]; ++c[0])
         for (c[1] = low[1]; c[1] < low[1] + size[1]; ++c[1])
-            for (c[2] = low[2]; c[2] < low[2] + size[2]; ++c[2]) state[index(c)] = static_cast<std::uint8_t>(cell_state(cells, c));
+            for (c[2] = low[2]; c[2] < low[2] + size[2]; ++c[2])
+                state[index(c)] = static_cast<std::uint8_t>(cell_state(cells, c));
     std::deque<Cell> front{low};
     reached[index(low)] = 1;
     while (!front.empty()) {
@@ -50,7 +54,9 @@ void check_against_flood(const Cells &cells, const Solid &solid)
             for (const int step : {-1, 1}) {
                 Cell next = at;
                 next[a] += step;
-                if (next[a] < low[a] || next[a] >= low[a] + size[a] || reached[index(next)] || state[index(next)] == VXS_CELL_SURFACE) continue;
+                if (next[a] < low[a] || next[a] >= low[a] + size[a] || reached[index(next)] ||
+                    state[index(next)] == VXS_CELL_SURFACE)
+                    continue;
                 reached[index(next)] = 1;
                 front.push_back(next);
             }
@@ -63,7 +69,8 @@ void check_against_flood(const Cells &cells, const Solid &solid)
                 surface += s == VXS_CELL_SURFACE;
                 interior += s == VXS_CELL_INTERIOR;
                 if (s == VXS_CELL_SURFACE) continue;
-                const Point center{cells.voxel * (static_cast<double>(c[0]) + 0.5), cells.voxel * (static_cast<double>(c[1]) + 0.5),
+                const Point center{cells.voxel * (static_cast<double>(c[0]) + 0.5),
+                                   cells.voxel * (static_cast<double>(c[1]) + 0.5),
                                    cells.voxel * (static_cast<double>(c[2]) + 0.5)};
                 wrong += (s == VXS_CELL_INTERIOR) != (!reached[index(c)] && solid(center));
             }
@@ -88,7 +95,8 @@ TEST_CASE("a ball is solid, whichever way its triangles wind")
         CHECK(made.said.components == 1);
         CHECK(made.said.cavities == 0);
         CHECK_FALSE(made.said.leak);
-        const double volume = static_cast<double>(made.cells.interior_cells) * std::pow(0.0007, 3), ball_volume = 4.0 / 3 * std::numbers::pi * 8e-6;
+        const double volume = static_cast<double>(made.cells.interior_cells) * std::pow(0.0007, 3),
+                     ball_volume = 4.0 / 3 * std::numbers::pi * 8e-6;
         CHECK(volume < ball_volume);
         CHECK(volume + static_cast<double>(made.cells.surface_cells) * std::pow(0.0007, 3) > ball_volume);
     }
@@ -125,7 +133,9 @@ TEST_CASE("an open sheet has no interior; a bowl is reported as leaking at a pla
     CHECK_FALSE(open.said.leak);
 
     Mesh bowl = solids::sphere({0, 0, 0}, 0.02);
-    std::erase_if(bowl.triangles, [&](const Triangle &t) { return bowl.vertices[t[0]][1] > 0.018 || bowl.vertices[t[1]][1] > 0.018; });
+    std::erase_if(bowl.triangles, [&](const Triangle &t) {
+        return bowl.vertices[t[0]][1] > 0.018 || bowl.vertices[t[1]][1] > 0.018;
+    });
     const Made leaking = make(bowl, 0.001);
     CHECK(leaking.cells.interior_cells == 0);
     REQUIRE(leaking.said.leak);
@@ -147,7 +157,9 @@ TEST_CASE("closing gaps: a ball with a hole of five cells is solid again, its su
     Mesh ball = solids::sphere({0, 0, 0}, 0.02, 96);
     std::erase_if(ball.triangles, [&](const Triangle &t) {
         bool near = true;
-        for (const std::uint32_t v : t) near = near && ball.vertices[v][1] > 0 && std::hypot(ball.vertices[v][0], ball.vertices[v][2]) < hole / 2;
+        for (const std::uint32_t v : t)
+            near = near && ball.vertices[v][1] > 0 &&
+                   std::hypot(ball.vertices[v][0], ball.vertices[v][2]) < hole / 2;
         return near;
     });
     const Made leaking = make(ball, h);
@@ -164,10 +176,14 @@ TEST_CASE("closing gaps: a ball with a hole of five cells is solid again, its su
         for (c[1] = -44; c[1] < 44; ++c[1])
             for (c[2] = -44; c[2] < 44; ++c[2]) {
                 const int state = cell_state(closed, c);
-                const Point center{h * (static_cast<double>(c[0]) + 0.5), h * (static_cast<double>(c[1]) + 0.5), h * (static_cast<double>(c[2]) + 0.5)};
+                const Point center{h * (static_cast<double>(c[0]) + 0.5),
+                                   h * (static_cast<double>(c[1]) + 0.5),
+                                   h * (static_cast<double>(c[2]) + 0.5)};
                 surface += state == VXS_CELL_SURFACE;
                 wrong += (state == VXS_CELL_SURFACE) != (cell_state(leaking.cells, c) == VXS_CELL_SURFACE);
-                if (std::abs(std::hypot(center[0], center[1], center[2]) - 0.02) < 2 * h || state == VXS_CELL_SURFACE) continue;
+                if (std::abs(std::hypot(center[0], center[1], center[2]) - 0.02) < 2 * h ||
+                    state == VXS_CELL_SURFACE)
+                    continue;
                 wrong += (state == VXS_CELL_INTERIOR) != in_ball(center, 0.02);
             }
     CHECK(wrong == 0);
@@ -190,7 +206,8 @@ TEST_CASE("the same cells for one thread and for two, and at every scale and pla
         REQUIRE(a.bricks.size() == b.bricks.size());
         bool equal = a.solid == b.solid;
         for (std::size_t n = 0; n < a.bricks.size(); ++n)
-            equal = equal && a.bricks[n].at == b.bricks[n].at && a.bricks[n].surface == b.bricks[n].surface && a.bricks[n].interior == b.bricks[n].interior;
+            equal = equal && a.bricks[n].at == b.bricks[n].at && a.bricks[n].surface == b.bricks[n].surface &&
+                    a.bricks[n].interior == b.bricks[n].interior;
         CHECK(equal);
         for (int axis = 0; axis < 3; ++axis) CHECK(a.origin[axis] + shift == b.origin[axis]);
     };
@@ -201,7 +218,8 @@ TEST_CASE("the same cells for one thread and for two, and at every scale and pla
             for (double &c : p) c *= scale;
         same(two.cells, make(scaled, 0.0007 * scale).cells, 0);
     }
-    Mesh far = ball; // 10 km away by whole chunks of cells; the voxel is a power of two so that the shift itself is exact
+    Mesh far = ball; // 10 km away by whole chunks of cells; the voxel is a power of two so that the shift
+                     // itself is exact
     const double h = 0x1p-10;
     const Made here = make(ball, h);
     for (Point &p : far.vertices)
