@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// voxshell simulate: a scene on a simulated device, as a summary, a trace and a picture.
+#include "cli/options.hpp"
+#include "cli/run_report.hpp"
+#include "cli/verb.hpp"
+#include "container/asset_file.hpp"
+#include "pipeline/convert_scene.hpp"
+#include "pipeline/output.hpp"
+#include "study/servo_run.hpp"
+#include "study/temporary_folder.hpp"
+
+#include "voxshell/servo.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+struct SimulateOptions : SharedOptions {
+    std::string scene, assets, device, trace;
+    std::vector<std::string> plots;
+    double seconds = 0; ///< 0: to the end of the hand's path
+    bool realtime = false, explain = false;
+};
+
+/// The scene's two assets, open: those of a folder if they are this scene's, else made for this run.
+class Assets {
+public:
+    Assets(const SceneFile &scene, const SimulateOptions &o, Progress &progress)
+    {
+        const SceneGeometry geometry = read_geometry(scene);
+        fs::path folder = o.assets;
+        if (folder.empty()) {
+            made_ = std::make_unique<TemporaryFolder>();
+            folder = made_->path;
+            PartOptions options;
+            options.max_memory = o.max_memory.value_or(0);
+            const SceneParts parts = convert_scene(scene, geometry, options, progress);
+            Outputs outputs(false);
+            outputs.add(folder / (scene_name(scene.path) + ".voxmap"), parts.statics.voxmap);
+            outputs.add(folder / (scene_name(scene.path) + ".pointshell"), parts.dynamic.pointshell);
+            outputs.commit();
+        }
+        voxmap_ = open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics);
+        pointshell_ = open(folder, scene, ".pointshell", VXS_ASSET_POINTSHELL, geometry.dynamic);
+        vxs_voxmap_open(&voxmap_->asset(), &map);
+        vxs_pointshell_open(&pointshell_->asset(), &shell);
+        check_voxel(scene, folder, ".voxmap", map.voxel);
+        check_voxel(scene, folder, ".pointshell", shell.voxel);
+    }
+
+    vxs_voxmap map{};
+    vxs_pointshell shell{};
+
+private:
+    static fs::path path_of(const fs::path &folder, const SceneFile &scene, const char *ending)
+    {
+        return folder / (scene_name(scene.path) + ending);
+    }
+
+    static std::string remedy(const SceneFile &scene, const fs::path &folder)
+    {
+        return fmt::format("; run voxshell convert {} -o {} --force", scene.path.string(), folder.string());
+    }
+
+    static std::unique_ptr<AssetFile> open(const fs::path &folder, const SceneFile &scene, const char *ending,
+                                           std::uint32_t kind, const Scene &geometry)
+    {
+        const fs::path path = path_of(folder, scene, ending);
+        auto file = std::make_unique<AssetFile>(path, kind);
+        if (file->source_hash() != geometry.source_hash) {
+            throw Failure(ExitCode::invalid, path.string(),
+                          "was made from other files or poses than the scene has now" + remedy(scene, folder));
+        }
+        return file;
+    }
+
+    static void check_voxel(const SceneFile &scene, const fs::path &folder, const char *ending, double voxel)
+    {
+        if (voxel != scene.voxel) {
+            throw Failure(ExitCode::invalid, path_of(folder, scene, ending).string(),
+                          fmt::format("has a voxel of {}, the scene says {}", format_length(voxel),
+                                      format_length(scene.voxel)) + remedy(scene, folder));
+        }
+    }
+
+    std::unique_ptr<TemporaryFolder> made_; // outlives the open files
+    std::unique_ptr<AssetFile> voxmap_, pointshell_;
+};
+
+std::string flags_text(const ServoRun &run)
+{
+    std::string text;
+    for (unsigned bit = 0; bit < run.flag_ticks.size(); ++bit) {
+        if (run.flag_ticks[bit] && !flag_name(bit).empty()) {
+            text += fmt::format("{}{} ({} ticks)", text.empty() ? "" : ", ", flag_name(bit), run.flag_ticks[bit]);
+        }
+    }
+    return text.empty() ? "none" : text;
+}
+
+std::string durations_text(const Durations &ns)
+{
+    return fmt::format("p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.1f} us", ns.p50 / 1e3, ns.p99 / 1e3, ns.p999 / 1e3,
+                       ns.max / 1e3);
+}
+
+json durations_json(const Durations &ns)
+{
+    return {{"p50_ns", ns.p50}, {"p99_ns", ns.p99}, {"p999_ns", ns.p999}, {"max_ns", ns.max}};
+}
+
+void tell(const SceneFile &scene, const Assets &assets, const RunOptions &options, const ServoRun &run)
+{
+    const double seconds = static_cast<double>(run.ticks) / scene.rate;
+    fmt::print("{}: {} s, {} ticks at {} Hz on {}, held by {}\n", scene_name(scene.path), seconds, format_count(run.ticks),
+               scene.rate, options.device, scene.arm == "free" ? "nobody" : "a " + scene.arm);
+    fmt::print("  force   at the hand {:.3f} N at most, {:.3f} N mean in contact; collision {:.3f} N at most\n",
+               run.output_peak, run.output_mean, run.collision_peak);
+    if (run.contact_ticks) {
+        fmt::print("  contact in {} ticks, {} of {} points at once, {} deep at most, hand up to {} ahead\n",
+                   format_count(run.contact_ticks), run.points_most, format_count(assets.shell.point_count),
+                   format_length(run.depth_most), format_length(run.reach_most));
+    } else {
+        fmt::print("  contact never\n");
+    }
+    fmt::print("  flags   {}\n", flags_text(run));
+    fmt::print("  tick    {}\n", durations_text(run.tick));
+    if (run.realtime) {
+        fmt::print("  late    {}; {} periods missed\n", durations_text(run.realtime->lateness), run.realtime->missed);
+        fmt::print("  thread  {}; {}\n", run.realtime->scheduling, run.realtime->memory);
+        if (run.realtime->rows_dropped) {
+            fmt::print("  trace   {} rows came too fast to keep\n", run.realtime->rows_dropped);
+        }
+    }
+}
+
+json summary(const SceneFile &scene, const Assets &assets, const RunOptions &options, const ServoRun &run)
+{
+    json flags = json::object();
+    for (unsigned bit = 0; bit < run.flag_ticks.size(); ++bit) {
+        if (run.flag_ticks[bit] && !flag_name(bit).empty()) {
+            flags[flag_name(bit)] = run.flag_ticks[bit];
+        }
+    }
+    json out = {{"schema", "voxshell-simulate/1"},
+                {"version", tool_version()},
+                {"scene", scene_name(scene.path)},
+                {"device", options.device},
+                {"arm", scene.arm},
+                {"rate_hz", scene.rate},
+                {"voxel_m", scene.voxel},
+                {"shell_points", assets.shell.point_count},
+                {"seconds", static_cast<double>(run.ticks) / scene.rate},
+                {"ticks", run.ticks},
+                {"output_force_peak_n", run.output_peak},
+                {"output_force_mean_n", run.output_mean},
+                {"collision_force_peak_n", run.collision_peak},
+                {"contact_ticks", run.contact_ticks},
+                {"contacts_max", run.points_most},
+                {"depth_max_m", run.depth_most},
+                {"reach_max_m", run.reach_most},
+                {"flag_ticks", flags},
+                {"tick", durations_json(run.tick)}};
+    if (run.realtime) {
+        out["realtime"] = {{"scheduling", run.realtime->scheduling}, {"memory", run.realtime->memory},
+                           {"missed", run.realtime->missed}, {"lateness", durations_json(run.realtime->lateness)}};
+    }
+    return out;
+}
+
+void explain(const SceneFile &scene, const Assets &assets, const RunOptions &options, Progress &progress, json &out, bool as_json)
+{
+    const std::vector<Stage> stages = explain_servo(scene, assets.map, assets.shell, options, progress);
+    if (!as_json) {
+        fmt::print("in each tick, {:.0f} us apart, each stage measured alone:\n", 1e6 / scene.rate);
+    }
+    for (const Stage &stage : stages) {
+        if (as_json) {
+            json entry = durations_json(stage.ns);
+            entry["stage"] = stage.name;
+            entry["what"] = stage.what;
+            out["explain"].push_back(entry);
+        } else {
+            fmt::print("  {:<9} {:>8.2f} us (p99 {:.2f})  {}\n", stage.name, stage.ns.p50 / 1e3, stage.ns.p99 / 1e3, stage.what);
+        }
+    }
+}
+
+ExitCode simulate(const SimulateOptions &o)
+{
+    if (!fs::path(o.scene).filename().string().ends_with(".scene.json")) {
+        throw Failure(ExitCode::unsupported, o.scene, "a scene ends in .scene.json");
+    }
+    for (const std::string &plot : o.plots) {
+        picture_of(plot);
+    }
+    const auto progress = make_progress(o.progress, o.quiet);
+    const SceneFile scene = read_scene(o.scene);
+    RunOptions options;
+    options.device = o.device.empty() ? scene.device : o.device;
+    const double end = scene.hand.keyframes.back().t;
+    options.seconds = o.seconds > 0 ? o.seconds : end > 0 ? end : 1;
+    options.realtime = o.realtime;
+    options.keep_rows = !o.trace.empty() || !o.plots.empty();
+    const Assets assets(scene, o, *progress);
+    const ServoRun run = run_servo(scene, assets.map, assets.shell, options, *progress);
+
+    Outputs outputs(o.force);
+    if (!o.trace.empty()) {
+        outputs.add(o.trace, trace_csv(run.rows));
+    }
+    for (const std::string &plot : o.plots) {
+        const std::string title = fmt::format("{}: {}", scene_name(scene.path), options.device);
+        outputs.add(plot, plot_trace(run.rows, title, picture_of(plot)));
+    }
+    progress->check();
+    outputs.commit();
+
+    json out = summary(scene, assets, options, run);
+    if (!o.json) {
+        tell(scene, assets, options, run);
+    }
+    if (o.explain) {
+        explain(scene, assets, options, *progress, out, o.json);
+    }
+    if (o.json) {
+        fmt::print("{}", json_text(out));
+    }
+    if (run.flags & (VXS_SERVO_FAULT | VXS_SERVO_DEVICE_LOST | VXS_CONTACT_INVALID)) {
+        throw Failure(ExitCode::requirement, o.scene, "the loop ended in a fault: zero force from then on");
+    }
+    return ExitCode::ok;
+}
+
+} // namespace
+
+VerbAction add_simulate(CLI::App &verb)
+{
+    auto o = std::make_shared<SimulateOptions>();
+    verb.add_option("SCENE", o->scene, "a scene: .scene.json")->required();
+    verb.add_option("--assets", o->assets, "folder with the scene's NAME.voxmap and NAME.pointshell (default: made for this run)")
+        ->type_name("DIR");
+    verb.add_option("--device", o->device, "device in place of the scene's, as sim:omega-3")->type_name("sim:NAME");
+    verb.add_option("--seconds", o->seconds, "how long (default: to the end of the hand's path; at least one tick)")
+        ->check(CLI::PositiveNumber)->type_name("S");
+    verb.add_flag("--realtime", o->realtime,
+                  "on the servo thread at the wall clock's rate (default: virtual time, the same trace on every run)");
+    verb.add_option("--trace", o->trace, "every tick as one line of numbers")->type_name("FILE.csv");
+    verb.add_option("--plot", o->plots, "collision force (thin) and output force (thick) over time, by gnuplot; may be repeated")
+        ->type_name("FILE.svg|.png")->expected(1)->take_all();
+    verb.add_flag("--explain", o->explain, "what runs in a tick, and what each stage costs");
+    add_shared(verb, *o,
+               {Shared::jobs, Shared::max_memory, Shared::force, Shared::format, Shared::progress, Shared::quiet});
+    return [o] {
+        const JobLimit jobs(o->jobs);
+        return simulate(*o);
+    };
+}
+
+} // namespace voxshell
