@@ -27,6 +27,7 @@ struct ConvertOptions : SharedOptions {
     std::vector<std::string> inputs;
     std::string folder, up = "y", shell = "exact";
     double voxel = 0;
+    double close_gap = 0; ///< [m]
 };
 
 /// What an input is, decided by its ending alone.
@@ -107,6 +108,7 @@ public:
                          {"unit", o_.unit.empty() ? json(nullptr) : json(o_.unit)},
                          {"up", o_.up},
                          {"shell", o_.shell},
+                         {"close_gap_m", o_.close_gap},
                          {"strict", o_.strict},
                          {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}});
         ExitCode worst = ExitCode::ok;
@@ -158,6 +160,7 @@ private:
         options.voxel = o_.voxel;
         options.shell = o_.shell == "naive" ? ShellKind::naive : ShellKind::exact;
         options.import = import_options(input);
+        options.close_gap = o_.close_gap;
         options.strict = o_.strict;
         options.max_memory = o_.max_memory.value_or(0);
         if (input.kind != InputKind::scene) {
@@ -270,9 +273,11 @@ VerbAction add_convert(CLI::App &verb)
     verb.add_option("INPUT", o->inputs, "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, NAME.pointshell")->required();
     verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")->required()->type_name("DIR");
     add_length(verb, "--voxel", o->voxel,
-               "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e6m; no default: required, but a scene says it)");
+               "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m; no default: required, but a scene says it)");
     verb.add_option("--up", o->up, "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
         ->check(CLI::IsMember({"y", "z"}))->type_name("AXIS");
+    add_length(verb, "--close-gap", o->close_gap,
+               "fill a leaking part as if holes narrower than this were closed; cells and points stay (default: none; up to 64 voxels)");
     verb.add_option("--shell", o->shell, "points: exact (on the surface) or naive (centres of cells) (default exact)")
         ->check(CLI::IsMember({"exact", "naive"}))->type_name("KIND");
     add_shared(verb, *o,

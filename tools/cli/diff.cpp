@@ -59,7 +59,7 @@ VerbAction add_diff(CLI::App &verb)
     verb.add_option("B", o->b, "another of the same kind; a .voxmap and a .vdb hold the same cells")->required();
     verb.add_option_function<std::string>(
             "--tolerance", [o](const std::string &text) { o->tolerance = parse_length(text, true); },
-            "ignore what moved no further, and normals and areas with it (default 0mm; 0m to 1e6m)")
+            "ignore what moved no further, and normals and areas with it (default 0mm; 0m to 1e9m)")
         ->type_name("LEN");
     add_shared(verb, *o, {Shared::format, Shared::quiet});
     return [o] {

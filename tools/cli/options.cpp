@@ -143,7 +143,7 @@ double parse_length(std::string_view text, bool zero)
     else if (unit == "in") metres = scaled(number, -4) * 254;
     else refuse(fmt::format("'{}' has the unknown unit '{}'; use um, mm, cm, m or in", text, unit));
     if (zero && metres == 0) return 0;
-    if (!(metres >= 1e-12 && metres <= 1e6)) refuse(fmt::format("'{}' is out of range (1e-12m to 1e6m)", text));
+    if (!(metres >= 1e-12 && metres <= 1e9)) refuse(fmt::format("'{}' is out of range (1e-12m to 1e9m)", text));
     return metres;
 }
 

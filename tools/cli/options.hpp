@@ -40,7 +40,7 @@ void add_shared(CLI::App &verb, SharedOptions &options, std::initializer_list<Sh
 CLI::Option *add_length(CLI::App &verb, const std::string &name, double &metres, const std::string &text);
 
 /// "0.5mm", "2e-4m", "300um", "2cm", "1in" to metres, correctly rounded: "0.3mm" and "3e-4m" are the same number.
-/// Throws Failure(usage) for anything else, a number without unit, and lengths outside 1e-12 m .. 1e6 m;
+/// Throws Failure(usage) for anything else, a number without unit, and lengths outside 1e-12 m .. 1e9 m;
 /// 0 is accepted only where `zero` says so.
 double parse_length(std::string_view text, bool zero = false);
 

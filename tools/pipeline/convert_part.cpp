@@ -17,7 +17,8 @@ std::string meta(const std::string &name, const PartOptions &options, bool shell
 {
     nlohmann::ordered_json effective = {{"voxel_m", options.voxel},
                                         {"unit_m", options.import.unit ? nlohmann::ordered_json(*options.import.unit) : nullptr},
-                                        {"up", options.import.z_up ? "z" : "y"}};
+                                        {"up", options.import.z_up ? "z" : "y"},
+                                        {"close_gap_m", options.close_gap}};
     if (shell) effective["shell"] = options.shell == ShellKind::exact ? "exact" : "naive";
     return nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}, {"options", effective}}.dump();
 }
@@ -85,14 +86,15 @@ Part convert_part(const Scene &scene, const PartOptions &options, Progress &prog
     {
         const WindingNumber winding(mesh);
         progress.check();
-        part.cells = classify(cells, winding, progress);
+        part.cells = options.close_gap > 0 ? classify_closing(cells, winding, options.close_gap, progress)
+                                           : classify(cells, winding, progress);
     }
     mesh = {};
     cells.closed = part.mesh.closed;
     if (part.cells.leak) {
         const Leak &leak = *part.cells.leak;
         judge.guess("leak", fmt::format("the part leaks: outside cells lie within it (winding number {:.2f}), one at "
-                                        "({:.6g}, {:.6g}, {:.6g}) m; close the hole there or use a larger voxel",
+                                        "({:.6g}, {:.6g}, {:.6g}) m; close the hole there, use a larger voxel or --close-gap",
                                         leak.winding, leak.at[0], leak.at[1], leak.at[2]));
     }
     const Shell shell = make_shell(lattice, binned, cells, options.shell, progress);

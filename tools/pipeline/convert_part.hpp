@@ -20,6 +20,7 @@ struct PartOptions {
     double voxel = 0; ///< edge of a cell [m]
     ShellKind shell = ShellKind::exact;
     ImportOptions import;         ///< how the scene was read; the files record it
+    double close_gap = 0;         ///< holes narrower than this do not let the outside in [m]; 0: every hole does
     bool strict = false;          ///< an open, leaking or wrongly wound mesh is a Failure(requirement), not a warning
     std::uint64_t max_memory = 0; ///< [bytes]; 0: the machine's
 };
