@@ -218,7 +218,11 @@ ExitCode simulate(const SimulateOptions &o)
         outputs.add(o.trace, trace_csv(run.rows));
     }
     for (const std::string &plot : o.plots) {
-        const std::string title = fmt::format("{}: {}", scene_name(scene.path), options.device);
+        const std::string filter = scene.coupling == CouplingKind::pt2    ? fmt::format("pt2 {} Hz", scene.frequency)
+                                   : scene.coupling == CouplingKind::none ? "no coupling"
+                                                                          : "spring-damper";
+        const std::string title = fmt::format("{}: voxel {}, {}, {}", scene_name(scene.path), format_length(scene.voxel), filter,
+                                              options.device);
         outputs.add(plot, plot_trace(run.rows, title, picture_of(plot)));
     }
     progress->check();
