@@ -6,6 +6,7 @@ On every golden, on a file per rule (written to INVALID_DIR), on every prefix of
 and section bytes with and without mended checksums. The verdict is rule, section and offset."""
 import hashlib
 import os
+import random
 import re
 import struct
 import subprocess
@@ -20,6 +21,7 @@ import make_invalid  # noqa: E402
 import read_asset  # noqa: E402
 
 BYTES = (0, 1, 0x7F, 0xFF)
+SCRAMBLED = 1000  # files per golden
 
 
 def by_python(data):
@@ -73,6 +75,17 @@ def section_bytes(data):
         yield from range(section.offset, section.offset + section.size, 1 if section.size <= 192 else 13)
 
 
+def scrambled(data, count):
+    """Several bytes of the table and the sections changed at once: the first broken rule must be the same one."""
+    dice = random.Random(20261122)
+    for n in range(count):
+        broken = bytearray(data)
+        for _ in range(dice.randint(2, 5)):
+            offset = dice.choice((dice.randrange(8, len(data)), dice.randrange(8, min(1024, len(data)))))
+            broken[offset] = dice.choice((0, 1, 2, 3, 4, 5, 0x7F, 0x80, 0xFF, dice.randrange(256)))
+        yield f"scrambled {n}", mend(bytes(broken))
+
+
 def compare(program, what, named):
     named = list(named)
     verdicts = by_c(program, [data for _, data in named])
@@ -117,6 +130,7 @@ def main(program, invalid):
         compare(program, f"{name} header and table", damaged(data, range(table_end)))
         compare(program, f"{name} header and table, mended", damaged(data, range(table_end), mend))
         compare(program, f"{name} sections, mended", damaged(data, section_bytes(data), mend))
+        compare(program, f"{name} scrambled, mended", scrambled(data, SCRAMBLED))
 
 
 if __name__ == "__main__":
