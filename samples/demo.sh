@@ -30,7 +30,8 @@ for scene in cup_press cup_slide; do
     say "$scene: the simulated hand moves the sphere"
     voxshell convert "$samples/$scene.scene.json" -o "$out/$scene" --force
     voxshell simulate "$samples/$scene.scene.json" --assets "$out/$scene" --explain --force \
-        --trace "$out/$scene.csv" --plot "$out/$scene.svg" --plot "$out/$scene.png" | tee "$out/$scene.txt"
+        --trace "$out/$scene.csv" --plot "$out/$scene.svg" --plot "$out/$scene.png" >"$out/$scene.txt"
+    cat "$out/$scene.txt"
 done
 
 say "done"
