@@ -43,9 +43,12 @@ openvdb::Coord coord(std::int64_t i, std::int64_t j, std::int64_t k)
     return {static_cast<openvdb::Int32>(i), static_cast<openvdb::Int32>(j), static_cast<openvdb::Int32>(k)};
 }
 
+constexpr std::array<std::uint64_t, 8> none{}, all{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
+
 void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
 {
     for (const Brick &brick : cells.bricks) {
+        if (brick.interior == all || (brick.surface == none && brick.interior == none)) continue; // a tile, or nothing
         auto *leaf = new Leaf(coord(8 * (origin[0] + brick.at[0]), 8 * (origin[1] + brick.at[1]),
                                     8 * (origin[2] + brick.at[2])),
                               0, false);
@@ -68,6 +71,9 @@ void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
 void add_solid(const Cells &cells, const Cell &origin, Tree &tree)
 {
     const auto each_block = [&](auto &&visit) {
+        for (const Brick &brick : cells.bricks)
+            if (brick.interior == all)
+                visit(Cell{origin[0] + brick.at[0], origin[1] + brick.at[1], origin[2] + brick.at[2]}, origin[2] + brick.at[2]);
         for (const SolidRun &run : cells.solid) {
             const std::int64_t i = origin[0] + run.i, j = origin[1] + run.j, last = origin[2] + run.last;
             for (std::int64_t k = origin[2] + run.first, stop = 0; k <= last; k = stop + 1) {

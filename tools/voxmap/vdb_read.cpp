@@ -230,30 +230,26 @@ void check_cells(const Cells &cells)
         if (!holds) throw Failure(ExitCode::invalid, "", what);
     };
     require(cells.voxel >= 1e-12 && cells.voxel <= 1e3, "the voxel is not within 1e-12 m to 1e3 m");
-    require(!cells.bricks.empty(), "grid `state` holds no surface cell");
     constexpr std::int32_t limit = VXS_VOXMAP_MAX_CELLS / VXS_VOXMAP_BRICK_CELLS;
     for (const std::int64_t o : cells.origin)
         require(o % VXS_VOXMAP_CHUNK_CELLS == 0 && std::abs(o) <= vdb_max_index + 1, "a cell is beyond the limits");
+    std::uint64_t surface = 0;
     auto run = cells.solid.begin();
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
         const Brick &brick = cells.bricks[b];
         require(b == 0 || cells.bricks[b - 1].at < brick.at, "grid `state` has two leaves in one place");
-        std::uint64_t surface = 0, overlap = 0;
+        std::uint64_t overlap = 0;
         for (int i = 0; i < 8; ++i) {
             require(brick.at[i % 3] >= 0 && brick.at[i % 3] < limit, "a cell is beyond the limits");
             surface |= brick.surface[i];
             overlap |= brick.surface[i] & brick.interior[i];
         }
         require(overlap == 0, "a cell has two states");
-        if (surface == 0)
-            throw Failure(ExitCode::invalid, "",
-                          fmt::format("interior and free cells meet without a surface between them near cell ({}, {}, {})",
-                                      cells.origin[0] + 8 * std::int64_t{brick.at[0]}, cells.origin[1] + 8 * std::int64_t{brick.at[1]},
-                                      cells.origin[2] + 8 * std::int64_t{brick.at[2]}));
         while (run != cells.solid.end() && BrickAt{run->i, run->j, run->last} < brick.at) ++run;
         require(run == cells.solid.end() || brick.at < BrickAt{run->i, run->j, run->first},
                 "grid `state` has a leaf and a tile in one place");
     }
+    require(surface != 0, "grid `state` holds no surface cell");
     for (std::size_t r = 0; r < cells.solid.size(); ++r) {
         const SolidRun &s = cells.solid[r];
         require(s.i >= 0 && s.j >= 0 && s.first >= 0 && s.first <= s.last && s.i < limit && s.j < limit && s.last < limit,

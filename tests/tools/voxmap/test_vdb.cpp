@@ -8,6 +8,7 @@
 
 #include "solids.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <doctest/doctest.h>
@@ -145,6 +146,32 @@ TEST_CASE("cells survive the way through a .vdb, and the bytes are the same each
         CHECK(back.meta == R"({"tool":"test"})");
         CHECK(vdb_bytes(back.cells, back.source_hash, back.meta) == bytes);
     }
+}
+
+TEST_CASE("how the cells are held does not show in the bytes")
+{
+    const Cells cells = box_of_cells({0, 0, 0}, {400, 300, 200}, 0.001);
+    Cells loose = cells;
+    REQUIRE(loose.solid.size() > 2);
+    std::array<std::uint64_t, 8> all;
+    all.fill(~0ull);
+    for (const SolidRun run : {loose.solid.back(), loose.solid.front()}) // bricks that are solid, bricks that are empty
+        for (std::int32_t k = run.first; k <= run.last; ++k) loose.bricks.push_back({{run.i, run.j, k}, {}, all});
+    loose.solid.pop_back();
+    loose.solid.erase(loose.solid.begin());
+    loose.bricks.push_back({{0, 0, 60}, {}, {}});
+    std::sort(loose.bricks.begin(), loose.bricks.end(), [](const Brick &a, const Brick &b) { return a.at < b.at; });
+    CHECK(vdb_bytes(loose, some_hash(), "{}") == vdb_bytes(cells, some_hash(), "{}"));
+}
+
+TEST_CASE("interior cells may end in a brick without surface: a gap that was closed")
+{
+    Cells cells = box_of_cells({0, 0, 0}, {64, 64, 64}, 0.001);
+    Brick half{{7, 7, 8}, {}, {}};
+    half.interior[3] = 0xff;
+    cells.bricks.push_back(half);
+    recount(cells);
+    check_equal(cells, read_vdb(folder.write("gap.vdb", vdb_bytes(cells, some_hash(), "{}"))).cells);
 }
 
 TEST_CASE("other content, other UUID")
