@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""voxshell convert and simulate of a scene: what they print, what they refuse, and the same trace on every run."""
+import csv
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+import command
+
+GENERATOR = command.SOURCE / 'samples/models/generate.py'
+
+
+def steps(path):
+    with open(path, newline='', encoding='utf-8') as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def force(row, name):
+    return math.hypot(*(row[f'{name}_f{axis}_n'] for axis in 'xyz'))
+
+
+class Simulate(command.CommandTest):
+    def setUp(self):
+        super().setUp()
+        subprocess.run([sys.executable, GENERATOR, self.folder], check=True)
+        for scene in ('cup_press', 'cup_slide'):
+            shutil.copy(command.SOURCE / f'samples/scenes/{scene}.scene.json', self.folder)
+
+    def edit(self, change, name='cup_press.scene.json'):
+        path = self.folder / name
+        scene = json.loads(path.read_text())
+        change(scene)
+        path.write_text(json.dumps(scene))
+
+    def simulate(self, *arguments, **more):
+        return self.run_voxshell('simulate', 'cup_press.scene.json', *arguments, **more)
+
+    def test_press(self):
+        self.run_voxshell('convert', 'cup_press.scene.json', '-o', 'assets', out='cup_press/static: .*cup_press/dynamic: ')
+        self.assertEqual(self.listing(self.path('assets')),
+                         ['cup_press.pointshell', 'cup_press.vdb', 'cup_press.voxmap'])
+        self.simulate('--assets', 'assets', '--trace', 'a.csv', '--quiet', err='',
+                      out=r'cup_press: 2\.28 s, 2 280 ticks at 1000 Hz on sim:phantom-premium-1\.5, held by a hand')
+        rows = steps(self.path('a.csv'))
+        self.assertEqual(len(rows), 2280)
+        free = [row for row in rows if row['t_s'] < 0.65]
+        self.assertTrue(all(force(row, 'output') == 0 == force(row, 'collision') for row in free))
+        held = rows[-500:]  # at rest: what comes out is what goes in, and it holds the hand's spring
+        self.assertGreater(force(held[0], 'output'), 0.5)
+        for row in held:
+            self.assertAlmostEqual(force(row, 'output'), force(row, 'collision'), delta=0.01)
+            self.assertGreater(row['output_fx_n'], 0.99 * force(row, 'output'))
+            self.assertAlmostEqual(500 * (row['device_x_m'] - row['hand_x_m']), row['output_fx_n'], delta=0.06)
+
+    def test_same_trace_on_every_run(self):
+        self.simulate('--trace', 'a.csv', '--quiet', '-j', 1)
+        self.simulate('--trace', 'b.csv', '--quiet', '-j', 2)
+        self.assertEqual(pathlib.Path(self.path('a.csv')).read_bytes(), pathlib.Path(self.path('b.csv')).read_bytes())
+
+    def test_json(self):
+        done = self.simulate('--format', 'json', '--explain', '--seconds', 1, '--device', 'sim:omega-3', '--quiet')
+        told = json.loads(done.stdout)
+        self.assertEqual(told['schema'], 'voxshell-simulate/1')
+        self.assertEqual(told['device'], 'sim:omega-3')
+        self.assertEqual(told['ticks'], 1000)
+        self.assertEqual([stage['stage'] for stage in told['explain']], ['exchange', 'contact', 'coupling', 'tick'])
+        self.assertEqual(set(told['flag_ticks']) - {'ramping', 'deep'}, set())
+
+    def test_realtime(self):
+        told = json.loads(self.simulate('--realtime', '--seconds', 0.3, '--format', 'json', '--quiet').stdout)
+        self.assertGreater(told['ticks'], 0)
+        self.assertIn('scheduling', told['realtime'])
+
+    def test_pictures(self):
+        self.refused(1, r'a\.pdf: a picture ends in \.svg or \.png', 'cup_press.scene.json', '--plot', 'a.pdf', verb='simulate')
+        self.refused(2, r'gnuplot is not installed; apt-get install gnuplot-nox', 'cup_press.scene.json', '--plot', 'a.svg',
+                     '--quiet', verb='simulate', env={'PATH': '/nonexistent'})
+        if not shutil.which('gnuplot'):
+            self.skipTest('gnuplot is not installed')
+        self.simulate('--plot', 'a.svg', '--plot', 'a.png', '--quiet')
+        self.assertIn('collision force', pathlib.Path(self.path('a.svg')).read_text())
+        self.assertEqual(pathlib.Path(self.path('a.png')).read_bytes()[:4], b'\x89PNG')
+
+    def test_assets_that_do_not_fit(self):
+        self.run_voxshell('convert', 'cup_press.scene.json', '-o', 'assets')
+        remedy = r'; run voxshell convert cup_press\.scene\.json -o assets --force'
+        self.edit(lambda scene: scene.update(voxel='1mm'))
+        self.refused(3, r'cup_press\.voxmap: has a voxel of 2 mm, the scene says 1 mm' + remedy, 'cup_press.scene.json',
+                     '--assets', 'assets', verb='simulate')
+        self.edit(lambda scene: scene.update(voxel='2mm', static=[{'file': 'cup.glb', 'pose': {'position': ['1mm', '0m', '0m']}}]))
+        self.refused(3, r'was made from other files or poses than the scene has now' + remedy, 'cup_press.scene.json',
+                     '--assets', 'assets', verb='simulate')
+        self.refused(2, r'empty/cup_press\.voxmap: ', 'cup_press.scene.json', '--assets', 'empty', verb='simulate')
+
+    def test_refusals(self):
+        self.refused(1, r"no device 'sim:omni2'; there are sim:touch, ", 'cup_press.scene.json', '--device', 'sim:omni2',
+                     '--quiet', verb='simulate')
+        self.refused(5, r'cup\.glb: a scene ends in \.scene\.json', 'cup.glb', verb='simulate')
+        self.refused(2, r'none\.scene\.json: cannot read', 'none.scene.json', verb='simulate')
+        self.refused(1, '--seconds', 'cup_press.scene.json', '--seconds', '-1', verb='simulate')
+        self.refused(1, r'--voxel and --up', 'cup_press.scene.json', '-o', 'x', '--voxel', '1mm')
+        self.edit(lambda scene: scene.update(couplng=scene.pop('coupling')))
+        self.refused(3, r'cup_press\.scene\.json: /couplng: unknown key; did you mean "coupling"\?', 'cup_press.scene.json',
+                     verb='simulate')
+
+    def test_stl_scene_equals_gltf_scene(self):
+        """Millimetres in STL and metres in glTF are the same cup: cells and points to the last bit but rounding."""
+        self.edit(lambda scene: scene.update(static=[{'file': 'cup.stl', 'unit': 'mm'}], dynamic=[{'file': 'sphere.stl', 'unit': 'mm'}]),
+                  'cup_slide.scene.json')
+        told = [json.loads(self.run_voxshell('simulate', f'{name}.scene.json', '--seconds', 2.2, '--format', 'json', '--quiet').stdout)
+                for name in ('cup_press', 'cup_slide')]
+        self.assertEqual(told[0]['shell_points'], told[1]['shell_points'])
+
+
+if __name__ == '__main__':
+    if not os.environ.get('VOXSHELL'):
+        sys.exit('VOXSHELL names the program to test')
+    command.main()
