@@ -81,7 +81,7 @@ class InspectAndDiff(command.CommandTest):
 
     def test_points_that_changed(self):
         self.convert('b', shapes.box(10.125, 10, 10, at=(0.5, 0.5, 0.5)))
-        self.run_voxshell('diff', 'a/part.pointshell', 'b/part.pointshell', code=6, out=r'points changed, the largest change 125 um\n.*moved 125 um')
+        self.run_voxshell('diff', 'a/part.pointshell', 'b/part.pointshell', code=6, out=r'points changed, the largest change 0\.125 mm\n.*normal turned .* degrees, area 7.5e-07 -> 8.75e-07 m2')
         told = json.loads(self.run_voxshell('diff', 'a/part.pointshell', 'b/part.pointshell', '--format', 'json', code=6).stdout)
         self.assertEqual(schema.problems(told, DIFF), [])
         self.run_voxshell('diff', 'a/part.pointshell', 'b/part.pointshell', '--tolerance', '0.126mm', out='equal\n$')

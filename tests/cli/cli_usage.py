@@ -50,7 +50,7 @@ class Usage(command.CommandTest):
 
     def test_lengths_carry_a_unit(self):
         for text, why in (('1', 'has no unit; write 1mm'), ('0.5 mm', 'unknown unit'), ('1ft', 'unknown unit'), ('mm', 'not a length'),
-                          ('', 'not a length'), ('-1mm', 'out of range|required|--voxel'), ('0mm', 'out of range'), ('nanm', 'not a length'),
+                          ('', 'not a length|LEN missing'), ('-1mm', 'out of range|required|--voxel'), ('0mm', 'out of range'), ('nanm', 'not a length'),
                           ('infm', 'not a length'), ('1e400m', 'out of range'), ('1e-400m', 'out of range'),
                           ('1e99999999999mm', 'out of range'), ('0x1mm', 'unknown unit|not a length'), ('1,5mm', 'unknown unit')):
             with self.subTest(text=text):

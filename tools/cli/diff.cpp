@@ -57,10 +57,8 @@ VerbAction add_diff(CLI::App &verb)
     auto o = std::make_shared<DiffOptions>();
     verb.add_option("A", o->a, ".voxmap, .pointshell or .vdb")->required();
     verb.add_option("B", o->b, "another of the same kind; a .voxmap and a .vdb hold the same cells")->required();
-    verb.add_option_function<std::string>(
-            "--tolerance", [o](const std::string &text) { o->tolerance = parse_length(text, true); },
-            "ignore what moved no further, and normals and areas with it (default 0mm; 0m to 1e9m)")
-        ->type_name("LEN");
+    add_length(verb, "--tolerance", o->tolerance,
+               "ignore what moved no further, and normals and areas with it (default 0mm; 0m to 1e9m, for cells up to 16 voxels)", true);
     add_shared(verb, *o, {Shared::format, Shared::quiet});
     return [o] {
         const AssetKind a = asset_kind(o->a), b = asset_kind(o->b);

@@ -114,14 +114,14 @@ void add_shared(CLI::App &verb, SharedOptions &o, std::initializer_list<Shared> 
     }
 }
 
-CLI::Option *add_length(CLI::App &verb, const std::string &name, double &metres, const std::string &text)
+CLI::Option *add_length(CLI::App &verb, const std::string &name, double &metres, const std::string &text, bool zero)
 {
     return verb
         .add_option_function<std::string>(
             name,
-            [&metres, name](const std::string &value) {
+            [&metres, name, zero](const std::string &value) {
                 try {
-                    metres = parse_length(value);
+                    metres = parse_length(value, zero);
                 } catch (const Failure &failure) {
                     refuse(name + ": " + failure.what());
                 }

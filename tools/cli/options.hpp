@@ -36,8 +36,8 @@ enum class Shared { jobs, max_memory, unit, dry_run, strict, force, quiet, repro
 
 void add_shared(CLI::App &verb, SharedOptions &options, std::initializer_list<Shared> which);
 
-/// An option whose value is a length with its unit ("0.5mm"), stored in metres.
-CLI::Option *add_length(CLI::App &verb, const std::string &name, double &metres, const std::string &text);
+/// An option whose value is a length with its unit ("0.5mm"), stored in metres; `zero`: may be 0.
+CLI::Option *add_length(CLI::App &verb, const std::string &name, double &metres, const std::string &text, bool zero = false);
 
 /// "0.5mm", "2e-4m", "300um", "2cm", "1in" to metres, correctly rounded: "0.3mm" and "3e-4m" are the same number.
 /// Throws Failure(usage) for anything else, a number without unit, and lengths outside 1e-12 m .. 1e9 m;
