@@ -65,7 +65,7 @@ static void check_motion(void)
     }
     CHECK_NEAR(state.pose.position[0], 0.02, 0.04 / 300 + 31e-6);
     CHECK_NEAR(state.pose.orientation[1], 0.6, 0);
-    double bad[3] = {NAN, 0, 0};
+    double bad[4] = {NAN, 0, 0, 0};
     vxs_simulated_hand(device, bad, bad); /* not taken */
     vxs_device_exchange(device, NULL, &state, NULL);
     CHECK(isfinite(state.pose.position[0]));
