@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "pipeline/verify_asset.hpp"
+
+#include "cli/failure.hpp"
+#include "cli/options.hpp"
+#include "container/asset_file.hpp"
+#include "pointshell/pointshell_file.hpp"
+#include "voxmap/vdb.hpp"
+#include "voxmap/voxmap_file.hpp"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fstream>
+#include <iterator>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string cells_text(const Cells &cells)
+{
+    return fmt::format("{} surface, {} interior cells of {}", format_count(cells.surface_cells), format_count(cells.interior_cells),
+                       format_length(cells.voxel));
+}
+
+bool begins_like_vdb(const fs::path &path)
+{
+    std::ifstream file(path, std::ios::binary);
+    char magic[4] = {};
+    return file.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == " BDV";
+}
+
+VerifiedAsset verify_vdb(const fs::path &path)
+{
+    const VdbFile vdb = read_vdb(path);
+    std::ifstream file(path, std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+    if (file.bad()) throw Failure(ExitCode::system, path.string(), "cannot be read");
+    if (!vdb_uuid_matches({reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size()}))
+        throw Failure(ExitCode::invalid, path.string(),
+                      "its UUID is not that of its content: damaged, or saved by another program (then voxshell pack reads it)");
+    return {"vdb", cells_text(vdb.cells), bytes.size()};
+}
+
+} // namespace
+
+VerifiedAsset verify_asset(const fs::path &path)
+{
+    if (begins_like_vdb(path) || path.extension() == ".vdb") return verify_vdb(path);
+    const AssetFile file(path);
+    const vxs_container_header &header = file.header();
+    const std::string version = fmt::format("{}.{}", header.version_major, header.version_minor);
+    if (file.asset().kind == VXS_ASSET_VOXMAP)
+        return {"voxmap", version + ", " + cells_text(read_voxmap(path).cells), header.file_size};
+    const Shell shell = read_pointshell(path).shell;
+    return {"pointshell",
+            fmt::format("{}, {} {} points in {} clusters, voxel {}, gap at most {:.3f} voxels", version, format_count(shell.points.size()),
+                        shell.kind == ShellKind::exact ? "exact" : "naive", format_count(shell.clusters.size()),
+                        format_length(shell.voxel), shell.gap_max / shell.voxel),
+            header.file_size};
+}
+
+std::vector<fs::path> assets_in(const fs::path &folder)
+{
+    std::vector<fs::path> found;
+    for (const fs::directory_entry &entry : fs::recursive_directory_iterator(folder)) {
+        const std::string ending = entry.path().extension().string();
+        if ((ending == ".vdb" || ending == ".voxmap" || ending == ".pointshell") && !entry.is_directory()) found.push_back(entry.path());
+    }
+    if (found.empty()) throw Failure(ExitCode::invalid, folder.string(), "holds no .vdb, .voxmap or .pointshell");
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+void verify_twins(const fs::path &vdb, const fs::path &voxmap)
+{
+    const VdbFile a = read_vdb(vdb);
+    VoxmapFile b = read_voxmap(voxmap);
+    const auto differ = [&](const std::string &what) {
+        throw Failure(ExitCode::invalid, vdb.string(),
+                      fmt::format("{} than {} beside it: make one from the other with voxshell pack or export", what,
+                                  voxmap.filename().string()));
+    };
+    if (a.source_hash != b.source_hash) differ("comes from another source");
+    b.channels = {}; // their free bricks are no cells
+    VoxmapFile c;
+    c.cells = a.cells;
+    c.source_hash = b.source_hash;
+    c.meta = b.meta;
+    if (voxmap_bytes(b) != voxmap_bytes(c)) differ("holds other cells");
+}
+
+} // namespace voxshell
