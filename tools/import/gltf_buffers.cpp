@@ -41,7 +41,7 @@ std::optional<Bytes> base64(std::string_view text)
                 out.push_back(static_cast<std::uint8_t>(bits >> shift));
         }
     }
-    out.resize(out.size() - pad);
+    for (; pad > 0; --pad) out.pop_back();
     return out;
 }
 

@@ -156,11 +156,10 @@ DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> paylo
             source.invalid(where + ": damaged payload: a vertex without a position");
         // Integers as they are stored: whether they are normalised, the accessor says.
         std::array<double, 3> point{};
-        if (attribute->data_type() == draco::DT_FLOAT32) {
-            std::array<float, 3> x{};
-            if (!attribute->ConvertValue<float, 3>(value, x.data()))
+        if (attribute->data_type() == draco::DT_FLOAT32 || attribute->data_type() == draco::DT_FLOAT64) {
+            if (!attribute->ConvertValue<double, 3>(value, point.data())) {
                 source.invalid(where + ": POSITION cannot be read");
-            point = {x[0], x[1], x[2]};
+            }
         } else {
             std::array<std::int32_t, 3> x{};
             if (!attribute->ConvertValue<std::int32_t, 3>(value, x.data()))

@@ -294,6 +294,8 @@ class AsciiReader {
 std::string_view ascii_text(std::string_view text)
 {
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    while (text.ends_with('\0') || text.ends_with('\x1a'))
+        text.remove_suffix(1); // padding, end mark of old systems
     std::string_view word = text;
     while (!word.empty() && is_space(word.front())) word.remove_prefix(1);
     const bool solid = same_word(word.substr(0, 5), "solid") && (word.size() == 5 || is_space(word[5]));

@@ -152,6 +152,7 @@ TEST_CASE("ASCII as programs write it")
                     "endsolid b\nsolid\nendsolid\n") == 2);
     CHECK(triangles("solid \xe6\x9c\x88 facet of the moon\n" + one_facet + "endsolid facet\n") == 1);
     CHECK(triangles("solid one line " + one_facet + "endsolid") == 1);
+    CHECK(triangles("solid a\n" + one_facet + "endsolid a\n" + std::string(3, '\0')) == 1);
     std::string crlf, upper = "SOLID A\n", tabs = "solid a\n";
     for (const char c : "solid a\n" + one_facet + "endsolid\n")
         crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
