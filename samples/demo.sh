@@ -6,7 +6,8 @@ set -eu
 . "$(dirname "$0")/../tests/setup.sh"
 
 install_packages
-build_in release release
+configure release release
+build release voxshell voxshell_samples
 
 samples=$root/build/release/samples
 out=$root/build/demo

@@ -12,10 +12,13 @@ test_in() {
 install_packages
 
 # The runtime with a C compiler and nothing else, then the same under AddressSanitizer and UBSan.
-build_in runtime-only runtime-only
+configure runtime-only runtime-only
+build runtime-only
 test_in runtime-only
-build_in runtime-dev dev -DVOXSHELL_TOOLS=OFF
+configure runtime-dev dev -DVOXSHELL_TOOLS=OFF
+build runtime-dev
 test_in runtime-dev
 
-build_in release release
+configure release release
+build release
 test_in release

@@ -35,14 +35,20 @@ install_packages() {
     $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing >/dev/null
 }
 
-# build_in FOLDER PRESET [CMAKE-OPTION...]: configures and builds everything, quietly if nothing is wrong.
-build_in() {
+# configure FOLDER PRESET [CMAKE-OPTION...]: build/FOLDER, quietly if nothing is wrong.
+configure() {
     folder=$root/build/$1
     preset=$2
     shift 2
-    say "building ${folder#"$root"/}"
     mkdir -p "$folder"
     (cd "$root" && cmake --preset "$preset" -B "$folder" "$@" >"$folder/configure.log" 2>&1) ||
         { cat "$folder/configure.log" >&2; exit 1; }
-    cmake --build "$folder" -j "$jobs"
+}
+
+# build FOLDER [TARGET...]: everything, or these.
+build() {
+    say "building build/$1"
+    folder=$root/build/$1
+    shift
+    cmake --build "$folder" -j "$jobs" ${1:+--target} "$@"
 }
