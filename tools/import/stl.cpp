@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -35,7 +36,11 @@ bool same_word(std::string_view a, std::string_view lower_case)
 /// Collects triangles, one vertex for all corners at exactly the same place.
 class Welder {
   public:
-    explicit Welder(Mesh &mesh) : mesh_(mesh), slots_(1024, empty) {}
+    /// A closed mesh has half as many vertices as triangles: then the table need not grow.
+    Welder(Mesh &mesh, std::uint64_t triangles)
+        : mesh_(mesh), slots_(std::bit_ceil(std::max<std::uint64_t>(triangles, 1024)), empty)
+    {
+    }
 
     std::uint32_t vertex(Point p)
     {
@@ -79,7 +84,7 @@ class Welder {
 
 void read_binary(const Source &source, double unit, std::uint64_t count, Mesh &mesh)
 {
-    Welder welder(mesh);
+    Welder welder(mesh, count);
     mesh.triangles.reserve(count);
     for (std::uint64_t t = 0; t < count; ++t) {
         // Record: normal (ignored: the winding says the same), three corners, two attribute bytes.
@@ -168,7 +173,7 @@ class Words {
 class AsciiReader {
   public:
     AsciiReader(const Source &source, std::string_view text, double unit, Scene &scene)
-        : source_(source), words_(text), unit_(unit), scene_(scene), mesh_(scene.meshes[0]), welder_(mesh_)
+        : source_(source), words_(text), unit_(unit), scene_(scene), mesh_(scene.meshes[0]), welder_(mesh_, 0)
     {
     }
 
