@@ -13,7 +13,10 @@ namespace {
 
 using Key = std::pair<std::uint32_t, std::uint32_t>;
 
-Key key(std::uint32_t v, std::uint32_t w) { return {std::min(v, w), std::max(v, w)}; }
+Key key(std::uint32_t v, std::uint32_t w)
+{
+    return {std::min(v, w), std::max(v, w)};
+}
 
 // Buckets by the lower vertex, then a short sort in each: linear for any mesh without a giant fan.
 std::vector<EdgeUse> sorted_uses(const std::vector<Triangle> &triangles, const std::vector<Facet> &facets,
@@ -36,14 +39,16 @@ std::vector<EdgeUse> sorted_uses(const std::vector<Triangle> &triangles, const s
     each([&](const EdgeUse &use) { uses[next[use.a]++] = use; });
     for (std::size_t v = 0; v < vertices; ++v)
         std::sort(uses.begin() + static_cast<std::ptrdiff_t>(start[v]),
-                  uses.begin() + static_cast<std::ptrdiff_t>(start[v + 1]), [](const EdgeUse &x, const EdgeUse &y) {
+                  uses.begin() + static_cast<std::ptrdiff_t>(start[v + 1]),
+                  [](const EdgeUse &x, const EdgeUse &y) {
                       return x.b != y.b ? x.b < y.b : x.triangle < y.triangle;
                   });
     return uses;
 }
 
 // Turns strays that close a hole into plugs; returns whether there was one.
-bool find_plugs(const std::vector<Triangle> &triangles, std::vector<Facet> &facets, const std::vector<EdgeUse> &uses)
+bool find_plugs(const std::vector<Triangle> &triangles, std::vector<Facet> &facets,
+                const std::vector<EdgeUse> &uses)
 {
     std::vector<std::pair<Key, std::uint32_t>> rim; // each edge of each sliver
     for (std::uint32_t t = 0; t < triangles.size(); ++t)
@@ -54,7 +59,8 @@ bool find_plugs(const std::vector<Triangle> &triangles, std::vector<Facet> &face
     for (const auto &[edge, t] : rim)
         if (rim_edges.empty() || rim_edges.back() != edge) rim_edges.push_back(edge);
     const auto place = [&](const Key &edge) {
-        return static_cast<std::size_t>(std::lower_bound(rim_edges.begin(), rim_edges.end(), edge) - rim_edges.begin());
+        return static_cast<std::size_t>(std::lower_bound(rim_edges.begin(), rim_edges.end(), edge) -
+                                        rim_edges.begin());
     };
     std::vector<std::uint8_t> odd(rim_edges.size(), 0);
     for (std::size_t i = 0; i < rim_edges.size(); ++i) {
@@ -78,7 +84,8 @@ bool find_plugs(const std::vector<Triangle> &triangles, std::vector<Facet> &face
         for (const std::size_t e : at) {
             odd[e] ^= 1;
             if (!odd[e]) continue;
-            const auto first = std::lower_bound(rim.begin(), rim.end(), std::pair{rim_edges[e], std::uint32_t{0}});
+            const auto first =
+                std::lower_bound(rim.begin(), rim.end(), std::pair{rim_edges[e], std::uint32_t{0}});
             for (auto it = first; it != rim.end() && it->first == rim_edges[e]; ++it)
                 if (facets[it->second] == Facet::stray) queue.push_back(it->second);
         }
@@ -98,9 +105,12 @@ bool zero_area(const Point &a, const Point &b, const Point &c)
         v[i] = c[i] - a[i];
         w[i] = c[i] - b[i];
     }
-    const double twice = std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
-    const double longest = std::max({std::hypot(u[0], u[1], u[2]), std::hypot(v[0], v[1], v[2]),
-                                     std::hypot(w[0], w[1], w[2])});
+    // Not hypot: its last bit differs from one C library to the next.
+    const auto length = [](double x, double y, double z) { return std::sqrt(x * x + y * y + z * z); };
+    const double twice =
+        length(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
+    const double longest =
+        std::max({length(u[0], u[1], u[2]), length(v[0], v[1], v[2]), length(w[0], w[1], w[2])});
     return !(twice > 8 * std::numeric_limits<double>::epsilon() * largest * longest);
 }
 

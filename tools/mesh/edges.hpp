@@ -10,9 +10,9 @@
 namespace voxshell {
 
 enum class Facet : std::uint8_t {
-    face,      ///< has area
-    plug,      ///< no area, three vertices, and the surface would have a hole without it (a T-junction's sliver)
-    stray,     ///< no area, three vertices, closes nothing
+    face,  ///< has area
+    plug,  ///< no area, three vertices, and the surface would have a hole without it (a T-junction's sliver)
+    stray, ///< no area, three vertices, closes nothing
     collapsed, ///< two of its vertices are one
 };
 

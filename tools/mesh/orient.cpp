@@ -26,7 +26,15 @@ struct Neighbor {
     static constexpr std::uint32_t none = ~std::uint32_t{0};
 };
 
-void turn(Triangle &t) { std::swap(t[1], t[2]); }
+void turn(Triangle &t)
+{
+    std::swap(t[1], t[2]);
+}
+
+double length(double x, double y, double z)
+{
+    return std::sqrt(x * x + y * y + z * z);
+}
 
 double twice_area(const Mesh &mesh, std::uint32_t t, Point &normal, double &longest)
 {
@@ -37,12 +45,12 @@ double twice_area(const Mesh &mesh, std::uint32_t t, Point &normal, double &long
         v[i] = mesh.vertices[c][i] - mesh.vertices[a][i];
         w[i] = v[i] - u[i];
     }
-    longest = std::max({std::hypot(u[0], u[1], u[2]), std::hypot(v[0], v[1], v[2]), std::hypot(w[0], w[1], w[2])});
+    longest = std::max({length(u[0], u[1], u[2]), length(v[0], v[1], v[2]), length(w[0], w[1], w[2])});
     normal = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-    const double length = std::hypot(normal[0], normal[1], normal[2]);
-    if (length > 0)
-        for (double &x : normal) x /= length;
-    return length;
+    const double twice = length(normal[0], normal[1], normal[2]);
+    if (twice > 0)
+        for (double &x : normal) x /= twice;
+    return twice;
 }
 
 // Breadth-first across manifold edges; makes each patch consistent the way most of its area is wound.
@@ -87,7 +95,8 @@ std::vector<Patch> make_consistent(Mesh &mesh, std::vector<std::uint8_t> &turned
             if (turned[t]) turn(mesh.triangles[t]);
         }
         std::sort(patch.triangles.begin(), patch.triangles.end());
-        for (const std::uint32_t t : patch.triangles) patch_of[t] = static_cast<std::uint32_t>(patches.size() - 1);
+        for (const std::uint32_t t : patch.triangles)
+            patch_of[t] = static_cast<std::uint32_t>(patches.size() - 1);
     }
     std::vector<std::uint32_t> users;
     for_each_edge(e.uses, [&](const EdgeUse *first, const EdgeUse *last) {
@@ -104,10 +113,11 @@ std::vector<Patch> make_consistent(Mesh &mesh, std::vector<std::uint8_t> &turned
 }
 
 // |w| behind minus |w| in front of the patch's largest faces, weighted by area: 1 where the normals leave a
-// solid, -1 where they enter it, near 0 for a sheet. `rest` leaves the patch's own share out and looks farther
-// off the face: of an open piece of a larger surface it is the others that know where the solid is, for
-// the piece itself always makes |w| larger behind it.
-double outwardness(const Mesh &mesh, const WindingNumber &winding, const Patch &patch, std::size_t samples, bool rest)
+// solid, -1 where they enter it, near 0 for a sheet. `rest` leaves the patch's own share out and looks
+// farther off the face: of an open piece of a larger surface it is the others that know where the solid is,
+// for the piece itself always makes |w| larger behind it.
+double outwardness(const Mesh &mesh, const WindingNumber &winding, const Patch &patch, std::size_t samples,
+                   bool rest)
 {
     std::vector<std::pair<double, std::uint32_t>> largest;
     Point n;
@@ -123,7 +133,8 @@ double outwardness(const Mesh &mesh, const WindingNumber &winding, const Patch &
         double coordinate = 0;
         for (const std::uint32_t v : mesh.triangles[t])
             for (const double x : mesh.vertices[v]) coordinate = std::max(coordinate, std::abs(x));
-        // Near enough to stay within a wall that is thin against the face, far enough to be beside it in double.
+        // Near enough to stay within a wall that is thin against the face, far enough to be beside it in
+        // double.
         const double step = std::max((rest ? 0.25 : 1e-4) * area / longest,
                                      64 * std::numeric_limits<double>::epsilon() * coordinate);
         const auto look = [&](double side) {
@@ -171,9 +182,8 @@ OrientReport orient(Mesh &mesh)
     for (int round = 0; round < rounds; ++round) {
         const WindingNumber winding(mesh);
         std::vector<std::uint8_t> wrong(patches.size(), 0);
-        tbb::parallel_for(std::size_t{0}, patches.size(), [&](std::size_t p) {
-            wrong[p] = inward(mesh, winding, patches[p], samples);
-        });
+        tbb::parallel_for(std::size_t{0}, patches.size(),
+                          [&](std::size_t p) { wrong[p] = inward(mesh, winding, patches[p], samples); });
         bool changed = false;
         for (std::size_t p = 0; p < patches.size(); ++p) {
             if (!wrong[p]) continue;

@@ -13,7 +13,7 @@ namespace {
 
 // Sum that loses no more than the last bit (Neumaier), in the order of the calls.
 class Sum {
-public:
+  public:
     void add(double x)
     {
         const double t = sum_ + x;
@@ -22,7 +22,7 @@ public:
     }
     double value() const { return sum_ + lost_; }
 
-private:
+  private:
     double sum_ = 0, lost_ = 0;
 };
 
@@ -42,7 +42,7 @@ std::uint64_t count_duplicates(const Edges &e)
 }
 
 class Components {
-public:
+  public:
     explicit Components(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0u); }
     std::uint32_t root(std::uint32_t i)
     {
@@ -55,7 +55,7 @@ public:
         parent_[std::max(i, j)] = std::min(i, j);
     }
 
-private:
+  private:
     std::vector<std::uint32_t> parent_;
 };
 
@@ -103,7 +103,7 @@ MeshReport report(const Mesh &mesh)
         const Point u{p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]};
         const Point w{p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
         const Point n{u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]};
-        area.add(std::hypot(n[0], n[1], n[2]) / 2);
+        area.add(std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2);
         volume.add((p[0][0] * n[0] + p[0][1] * n[1] + p[0][2] * n[2]) / 6);
     }
     out.area = area.value();

@@ -2,10 +2,11 @@
 // w(q) = 1/(4 pi) * integral over the surface of n.(x - q) / |x - q|^3 dA. Near triangles exactly (van
 // Oosterom, Strackee 1983); a far cluster by the expansion about its centre p, with r = p - q, d = x - p:
 //   A = integral of n,  S = symmetric part of the integral of n d,  T = symmetric part of that of n d d:
-//   4 pi w  ~  A.r / |r|^3  +  tr S / |r|^3 - 3 S(r,r) / |r|^5  -  9/2 (tr T).r / |r|^5 + 15/2 T(r,r,r) / |r|^7
-// (Barill et al. 2018, orders one to three; only symmetric parts count, since the kernel is a gradient's derivative).
-// A disc seen from twice its radius is 18 % wrong by its dipole, and all discs of a sphere err the same way: hence
-// the third order.
+//   4 pi w  ~  A.r / |r|^3  +  tr S / |r|^3 - 3 S(r,r) / |r|^5  -  9/2 (tr T).r / |r|^5 + 15/2 T(r,r,r) /
+//   |r|^7
+// (Barill et al. 2018, orders one to three; only symmetric parts count, since the kernel is a gradient's
+// derivative). A disc seen from twice its radius is 18 % wrong by its dipole, and all discs of a sphere err
+// the same way: hence the third order.
 #include "mesh/winding.hpp"
 
 #include <tbb/parallel_for.h>
@@ -33,10 +34,10 @@ struct Box {
 
 struct Node {
     Point center{};
-    double reach = 0; // (beta * radius)^2
-    Point area{};     // A
-    std::array<double, 6> second{};  // S, in the order of `pairs`
-    std::array<double, 10> third{};  // T, in the order of `triples`
+    double reach = 0;                  // (beta * radius)^2
+    Point area{};                      // A
+    std::array<double, 6> second{};    // S, in the order of `pairs`
+    std::array<double, 10> third{};    // T, in the order of `triples`
     std::uint32_t first = 0, last = 0; // triangles
     std::uint32_t right = 0;           // 0: leaf; the left child follows its parent
 };
@@ -51,8 +52,14 @@ struct Shape { // what a node needs of its children while the tree is built
     Box box{};
 };
 
-Point minus(const Point &a, const Point &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-double dot(const Point &a, const Point &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Point minus(const Point &a, const Point &b)
+{
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+double dot(const Point &a, const Point &b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 Point cross(const Point &a, const Point &b)
 {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -86,7 +93,8 @@ struct WindingNumber::Tree {
     void build(const Mesh &mesh);
     void split(const std::vector<std::uint64_t> &codes, std::uint32_t first, std::uint32_t last);
     void leaf(Node &node, Shape &shape) const;
-    void join(Node &node, Shape &shape, const Node *const (&child)[2], const Shape *const (&child_shape)[2]) const;
+    void join(Node &node, Shape &shape, const Node *const (&child)[2],
+              const Shape *const (&child_shape)[2]) const;
     double at(const Point &point) const;
 };
 
@@ -114,7 +122,8 @@ void WindingNumber::Tree::build(const Mesh &mesh)
                     unsorted[t][v][i] = (mesh.vertices[mesh.triangles[t][v]][i] - middle[i]) * scale;
             for (int i = 0; i < 3; ++i) { // coordinates lie in [-1, 1]
                 const double x = (unsorted[t][0][i] + unsorted[t][1][i] + unsorted[t][2][i]) / 3;
-                code |= spread(static_cast<std::uint64_t>(std::clamp((x + 1) * 0x1p20, 0.0, 0x1.fffffp20))) << i;
+                code |= spread(static_cast<std::uint64_t>(std::clamp((x + 1) * 0x1p20, 0.0, 0x1.fffffp20)))
+                        << i;
             }
             order[t] = {code, static_cast<std::uint32_t>(t)};
         }
@@ -139,7 +148,8 @@ void WindingNumber::Tree::build(const Mesh &mesh)
                  {&shapes[i + 1], &shapes[nodes[i].right]});
 }
 
-void WindingNumber::Tree::split(const std::vector<std::uint64_t> &codes, std::uint32_t first, std::uint32_t last)
+void WindingNumber::Tree::split(const std::vector<std::uint64_t> &codes, std::uint32_t first,
+                                std::uint32_t last)
 {
     const std::size_t me = nodes.size();
     nodes.push_back({});
@@ -147,7 +157,8 @@ void WindingNumber::Tree::split(const std::vector<std::uint64_t> &codes, std::ui
     nodes[me].last = last;
     if (last - first <= leaf_triangles) return;
     std::uint32_t middle_of = first + (last - first) / 2;
-    if (const std::uint64_t differ = codes[first] ^ codes[last - 1]) { // where the highest differing bit turns on
+    if (const std::uint64_t differ =
+            codes[first] ^ codes[last - 1]) { // where the highest differing bit turns on
         const std::uint64_t bit = std::uint64_t{1} << (63 - __builtin_clzll(differ));
         middle_of = static_cast<std::uint32_t>(
             std::partition_point(codes.begin() + first, codes.begin() + last,
@@ -175,7 +186,8 @@ void WindingNumber::Tree::leaf(Node &node, Shape &shape) const
         }
     }
     for (int i = 0; i < 3; ++i)
-        node.center[i] = shape.area > 0 ? weighted[i] / shape.area : (shape.box.low[i] + shape.box.high[i]) / 2;
+        node.center[i] =
+            shape.area > 0 ? weighted[i] / shape.area : (shape.box.low[i] + shape.box.high[i]) / 2;
     double far = 0;
     for (std::uint32_t t = node.first; t < node.last; ++t) {
         const auto &[a, b, c] = triangles[t];
@@ -191,9 +203,12 @@ void WindingNumber::Tree::leaf(Node &node, Shape &shape) const
         }
         for (int m = 0; m < 10; ++m) {
             const auto [i, j, k] = triples[m];
-            node.third[m] += (n[i] * square[pair_of[j][k]] + n[j] * square[pair_of[i][k]] + n[k] * square[pair_of[i][j]]) / 3;
+            node.third[m] +=
+                (n[i] * square[pair_of[j][k]] + n[j] * square[pair_of[i][k]] + n[k] * square[pair_of[i][j]]) /
+                3;
         }
-        for (const Point &p : triangles[t]) far = std::max(far, dot(minus(p, node.center), minus(p, node.center)));
+        for (const Point &p : triangles[t])
+            far = std::max(far, dot(minus(p, node.center), minus(p, node.center)));
     }
     shape.radius = std::sqrt(far);
     node.reach = beta * beta * far;
@@ -207,9 +222,11 @@ void WindingNumber::Tree::join(Node &node, Shape &shape, const Node *const (&chi
     shape.box.add(child_shape[1]->box.high);
     shape.area = child_shape[0]->area + child_shape[1]->area;
     for (int i = 0; i < 3; ++i)
-        node.center[i] = shape.area > 0 ? (child_shape[0]->area * child[0]->center[i] +
-                                           child_shape[1]->area * child[1]->center[i]) / shape.area
-                                        : (shape.box.low[i] + shape.box.high[i]) / 2;
+        node.center[i] =
+            shape.area > 0
+                ? (child_shape[0]->area * child[0]->center[i] + child_shape[1]->area * child[1]->center[i]) /
+                      shape.area
+                : (shape.box.low[i] + shape.box.high[i]) / 2;
     double radius = 0;
     for (int s = 0; s < 2; ++s) {
         const Point d = minus(child[s]->center, node.center);
@@ -222,9 +239,11 @@ void WindingNumber::Tree::join(Node &node, Shape &shape, const Node *const (&chi
         }
         for (int m = 0; m < 10; ++m) {
             const auto [i, j, k] = triples[m];
-            node.third[m] += child[s]->third[m] +
-                             (2 * (second[pair_of[i][j]] * d[k] + second[pair_of[i][k]] * d[j] + second[pair_of[j][k]] * d[i]) +
-                              a[i] * d[j] * d[k] + a[j] * d[i] * d[k] + a[k] * d[i] * d[j]) / 3;
+            node.third[m] +=
+                child[s]->third[m] + (2 * (second[pair_of[i][j]] * d[k] + second[pair_of[i][k]] * d[j] +
+                                           second[pair_of[j][k]] * d[i]) +
+                                      a[i] * d[j] * d[k] + a[j] * d[i] * d[k] + a[k] * d[i] * d[j]) /
+                                         3;
         }
         radius = std::max(radius, std::sqrt(dot(d, d)) + child_shape[s]->radius);
     }
@@ -256,17 +275,22 @@ double WindingNumber::Tree::at(const Point &point) const
             const auto &S = node.second;
             const auto &T = node.third;
             const double x = r[0], y = r[1], z = r[2];
-            const double srr = S[0] * x * x + S[1] * y * y + S[2] * z * z + 2 * (S[3] * x * y + S[4] * x * z + S[5] * y * z);
-            const double trace = (T[0] + T[5] + T[7]) * x + (T[1] + T[3] + T[8]) * y + (T[2] + T[4] + T[6]) * z;
-            const double trrr = x * x * (T[0] * x + 3 * (T[3] * y + T[4] * z)) + y * y * (T[1] * y + 3 * (T[5] * x + T[6] * z)) +
+            const double srr =
+                S[0] * x * x + S[1] * y * y + S[2] * z * z + 2 * (S[3] * x * y + S[4] * x * z + S[5] * y * z);
+            const double trace =
+                (T[0] + T[5] + T[7]) * x + (T[1] + T[3] + T[8]) * y + (T[2] + T[4] + T[6]) * z;
+            const double trrr = x * x * (T[0] * x + 3 * (T[3] * y + T[4] * z)) +
+                                y * y * (T[1] * y + 3 * (T[5] * x + T[6] * z)) +
                                 z * z * (T[2] * z + 3 * (T[7] * x + T[8] * y)) + 6 * T[9] * x * y * z;
-            far += cube * (dot(node.area, r) + S[0] + S[1] + S[2] - square * (3 * srr + 4.5 * trace - 7.5 * square * trrr));
+            far += cube * (dot(node.area, r) + S[0] + S[1] + S[2] -
+                           square * (3 * srr + 4.5 * trace - 7.5 * square * trrr));
         } else if (node.right) {
             stack[top++] = node.right;
             stack[top++] = i + 1;
         } else {
             for (std::uint32_t t = node.first; t < node.last; ++t)
-                near += half_solid_angle(minus(triangles[t][0], q), minus(triangles[t][1], q), minus(triangles[t][2], q));
+                near += half_solid_angle(minus(triangles[t][0], q), minus(triangles[t][1], q),
+                                         minus(triangles[t][2], q));
         }
     }
     return (2 * near + far) / (4 * std::numbers::pi);
@@ -286,13 +310,19 @@ WindingNumber::WindingNumber(const Mesh &mesh) : tree_(new Tree)
         throw;
     }
 }
-WindingNumber::~WindingNumber() { delete tree_; }
+WindingNumber::~WindingNumber()
+{
+    delete tree_;
+}
 WindingNumber::WindingNumber(WindingNumber &&other) noexcept : tree_(std::exchange(other.tree_, nullptr)) {}
 WindingNumber &WindingNumber::operator=(WindingNumber &&other) noexcept
 {
     std::swap(tree_, other.tree_);
     return *this;
 }
-double WindingNumber::at(const Point &point) const { return tree_->at(point); }
+double WindingNumber::at(const Point &point) const
+{
+    return tree_->at(point);
+}
 
 } // namespace voxshell

@@ -23,7 +23,8 @@ Farthest farthest(std::span<const ShellPoint> points, const Center &c)
 {
     Farthest out;
     for (const ShellPoint &p : points) {
-        const double x = static_cast<double>(p.position[0]) - c[0], y = static_cast<double>(p.position[1]) - c[1],
+        const double x = static_cast<double>(p.position[0]) - c[0],
+                     y = static_cast<double>(p.position[1]) - c[1],
                      z = static_cast<double>(p.position[2]) - c[2];
         const double d = (x * x + y * y) + z * z;
         if (!out.point || d > out.distance2) out = {d, &p};
@@ -31,7 +32,8 @@ Farthest farthest(std::span<const ShellPoint> points, const Center &c)
     return out;
 }
 
-// A small enclosing sphere's centre: the box's, then steps towards the farthest point (Badoiu, Clarkson 2003).
+// A small enclosing sphere's centre: the box's, then steps towards the farthest point (Badoiu, Clarkson
+// 2003).
 Center middle(std::span<const ShellPoint> points, int steps)
 {
     Center low, high, c;
@@ -83,7 +85,8 @@ void cluster(Shell &shell)
     shell.clusters.resize((points.size() + size - 1) / size);
     if (points.empty()) return;
     tbb::parallel_for(std::size_t{0}, shell.clusters.size(), [&](std::size_t c) {
-        const std::span<const ShellPoint> own = points.subspan(c * size, std::min(size, points.size() - c * size));
+        const std::span<const ShellPoint> own =
+            points.subspan(c * size, std::min(size, points.size() - c * size));
         Cluster &out = shell.clusters[c];
         out.first = static_cast<std::uint32_t>(c * size);
         out.count = static_cast<std::uint32_t>(own.size());

@@ -6,11 +6,12 @@
 
 namespace voxshell {
 
-/// Bits of three coordinates interleaved, i highest: neighbours in space are neighbours in order. Below 2^21 each.
+/// Bits of three coordinates interleaved, i highest: neighbours in space are neighbours in order. Below 2^21
+/// each.
 std::uint64_t morton(std::uint32_t i, std::uint32_t j, std::uint32_t k);
 
-/// Fills clusters, center and radius of a shell whose points stand in their final order. Radii are rounded up, so
-/// that every stored point is inside under S404's and S405's own arithmetic.
+/// Fills clusters, center and radius of a shell whose points stand in their final order. Radii are rounded
+/// up, so that every stored point is inside under S404's and S405's own arithmetic.
 void cluster(Shell &shell);
 
 } // namespace voxshell

@@ -16,7 +16,8 @@ namespace {
 constexpr int side = 10; // a brick and one cell around it
 
 struct Halo {
-    std::array<std::pair<std::uint64_t, std::uint64_t>, side * side * side> points; ///< of each cell: first, last
+    std::array<std::pair<std::uint64_t, std::uint64_t>, side * side * side>
+        points; ///< of each cell: first, last
 
     static int index(int i, int j, int k) { return ((i + 1) * side + j + 1) * side + k + 1; }
 
@@ -29,13 +30,15 @@ struct Halo {
             for (int j = -1; j <= 1; ++j)
                 for (int k = -1; k <= 1; ++k) {
                     const BrickAt other{at[0] + i, at[1] + j, at[2] + k};
-                    const auto found = std::lower_bound(cells.bricks.begin(), cells.bricks.end(), other,
-                                                        [](const Brick &b, const BrickAt &a) { return b.at < a; });
+                    const auto found =
+                        std::lower_bound(cells.bricks.begin(), cells.bricks.end(), other,
+                                         [](const Brick &b, const BrickAt &a) { return b.at < a; });
                     if (found == cells.bricks.end() || found->at != other) continue;
                     const auto b = static_cast<std::size_t>(found - cells.bricks.begin());
                     for (std::uint64_t p = first[b]; p < last[b]; ++p) {
                         const int cell = shell.points[p].cell;
-                        const int x = 8 * i + (cell >> 6), y = 8 * j + (cell >> 3 & 7), z = 8 * k + (cell & 7);
+                        const int x = 8 * i + (cell >> 6), y = 8 * j + (cell >> 3 & 7),
+                                  z = 8 * k + (cell & 7);
                         if (x < -1 || x > 8 || y < -1 || y > 8 || z < -1 || z > 8) continue;
                         auto &range = points[index(x, y, z)];
                         if (range.first == range.second) range.first = p;
@@ -46,7 +49,8 @@ struct Halo {
 };
 
 // Half of the 18 face and edge neighbours: each pair of cells once.
-constexpr int ahead[9][3] = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {0, 1, 1}, {0, 1, -1}, {1, 0, 1}, {1, 0, -1}, {1, 1, 0}, {1, -1, 0}};
+constexpr int ahead[9][3] = {{0, 0, 1}, {0, 1, 0},  {1, 0, 0}, {0, 1, 1}, {0, 1, -1},
+                             {1, 0, 1}, {1, 0, -1}, {1, 1, 0}, {1, -1, 0}};
 
 } // namespace
 
@@ -87,7 +91,8 @@ void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uin
                     const std::vector<std::uint64_t> &last)
 {
     const auto bare = [](const ShellPoint &p) { return p.normal == std::array<float, 3>{}; };
-    std::vector<std::pair<std::uint64_t, std::array<float, 3>>> found; // set at the end: only own normals are lent
+    std::vector<std::pair<std::uint64_t, std::array<float, 3>>>
+        found; // set at the end: only own normals are lent
     Halo halo;
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
         const std::span<const ShellPoint> own{shell.points.data() + first[b], shell.points.data() + last[b]};
@@ -114,13 +119,17 @@ void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uin
                 const Brick &brick = cells.bricks[b];
                 const int at[3] = {i, j, k};
                 for (int x = 0; x < 3; ++x)
-                    mean[x] = cells.voxel * (static_cast<double>(cells.origin[x] + 8 * std::int64_t{brick.at[x]} + at[x]) + 0.5) -
-                              static_cast<double>(point.position[x]);
+                    mean[x] =
+                        cells.voxel *
+                            (static_cast<double>(cells.origin[x] + 8 * std::int64_t{brick.at[x]} + at[x]) +
+                             0.5) -
+                        static_cast<double>(point.position[x]);
                 if (!(size(mean) > 1e-6 * cells.voxel)) mean = {0, -1, 0};
             }
             const double length = size(mean);
-            found.push_back({p, {static_cast<float>(mean[0] / length), static_cast<float>(mean[1] / length),
-                                 static_cast<float>(mean[2] / length)}});
+            found.push_back({p,
+                             {static_cast<float>(mean[0] / length), static_cast<float>(mean[1] / length),
+                              static_cast<float>(mean[2] / length)}});
         }
     }
     for (const auto &[p, normal] : found) shell.points[p].normal = normal;

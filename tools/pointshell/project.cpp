@@ -28,8 +28,9 @@ Vec nearest_on_segment(const Vec &a, const Vec &b, const Vec &from)
     return a + (t / length2) * along;
 }
 
-// A convex polygon in V's frame; a triangle cut by six planes has at most nine corners. `along[i]` tells on what
-// the edge from corner i to the next lies: 0..2 the triangle's edge, 3 + 2 axis + (side > 0) a face of V.
+// A convex polygon in V's frame; a triangle cut by six planes has at most nine corners. `along[i]` tells on
+// what the edge from corner i to the next lies: 0..2 the triangle's edge, 3 + 2 axis + (side > 0) a face of
+// V.
 struct Polygon {
     std::array<Vec, 12> at;
     std::array<int, 12> along;
@@ -44,8 +45,14 @@ struct Polygon {
 constexpr std::int64_t half = lattice_per_cell / 2;
 constexpr double cells = 1.0 / static_cast<double>(lattice_per_cell);
 
-int axis_of(int face) { return (face - 3) / 2; }
-double side_of(int face) { return (face - 3) % 2 ? 0.5 : -0.5; }
+int axis_of(int face)
+{
+    return (face - 3) / 2;
+}
+double side_of(int face)
+{
+    return (face - 3) % 2 ? 0.5 : -0.5;
+}
 
 template<class Int>
 std::array<Int, 3> exact_normal(const std::array<LatticePoint, 3> &p)
@@ -104,7 +111,8 @@ Polygon cut(const Polygon &in, const CellTriangle &triangle, bool small, int fac
     const int axis = axis_of(face);
     const double sign = side_of(face) > 0 ? 1 : -1;
     for (int i = 0; i < in.count; ++i) {
-        const double a = sign * in.at[i][axis] - 0.5, b = sign * in.at[i + 1 < in.count ? i + 1 : 0][axis] - 0.5;
+        const double a = sign * in.at[i][axis] - 0.5,
+                     b = sign * in.at[i + 1 < in.count ? i + 1 : 0][axis] - 0.5;
         if (a <= 0) out.add(in.at[i], a == 0 && b > 0 ? face : in.along[i]);
         if ((a < 0 && b > 0) || (a > 0 && b < 0)) {
             const Vec p = small ? meeting<std::int64_t>(triangle, in.along[i], face)
@@ -155,7 +163,10 @@ double area_of(const Polygon &polygon, const Vec &normal)
     return std::max(0.0, dot(twice, normal) / 2);
 }
 
-bool has_plane(const CellTriangle &triangle) { return triangle.normal != Vec{}; }
+bool has_plane(const CellTriangle &triangle)
+{
+    return triangle.normal != Vec{};
+}
 
 // Of a point of the triangle's plane.
 bool inside_edges(const CellTriangle &triangle, const Vec &p)
@@ -210,7 +221,8 @@ CellTriangle seen_from(const Cell &cell, const LatticeTriangle &triangle)
     const std::array<Wide, 3> n = exact_normal<Wide>(out.lattice);
     const Vec wide{static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2])};
     const LatticePoint &a = out.lattice[0];
-    out.offset = static_cast<double>(n[0] * a[0] + n[1] * a[1] + n[2] * a[2]) / std::sqrt(dot(wide, wide)) * cells;
+    out.offset =
+        static_cast<double>(n[0] * a[0] + n[1] * a[1] + n[2] * a[2]) / std::sqrt(dot(wide, wide)) * cells;
     return out;
 }
 
@@ -237,12 +249,14 @@ Projection project(const CellTriangle &triangle)
         out.situation = ProjectionCase::foot;
         out.point = foot;
     } else {
-        // Of the whole triangle; only the name of the case hangs on it. A line's foot is in T where it is T's nearest.
+        // Of the whole triangle; only the name of the case hangs on it. A line's foot is in T where it is T's
+        // nearest.
         const Vec nearest = nearest_on_rim(whole(triangle), center);
         const bool foot_in_triangle =
             plane ? inside_edges(triangle, foot) : dot(nearest - foot, nearest - foot) <= 1e-20;
-        out.situation = foot_in_triangle ? (foot_in_cell ? ProjectionCase::foot : ProjectionCase::foot_in_face)
-                        : foot_in_cell   ? ProjectionCase::foot_in_cell
+        out.situation = foot_in_triangle
+                            ? (foot_in_cell ? ProjectionCase::foot : ProjectionCase::foot_in_face)
+                        : foot_in_cell     ? ProjectionCase::foot_in_cell
                         : in_cell(nearest) ? ProjectionCase::foot_off_near
                                            : ProjectionCase::foot_off_cut;
         // The nearest point of T and V is on its rim, whose corners are near and so exact to the last bits.

@@ -23,8 +23,7 @@ namespace {
 std::array<std::uint16_t, 512> cell_order()
 {
     std::array<std::uint16_t, 512> order{};
-    for (std::uint16_t c = 0; c < 512; ++c)
-        order[morton(c >> 6, c >> 3 & 7, c & 7)] = c;
+    for (std::uint16_t c = 0; c < 512; ++c) order[morton(c >> 6, c >> 3 & 7, c & 7)] = c;
     return order;
 }
 
@@ -41,14 +40,16 @@ struct Portion { // what a run of bricks gives
 };
 
 class Maker {
-public:
+  public:
     Maker(const LatticeMesh &mesh, const BrickTriangles &binned, const Cells &cells, ShellKind kind)
-        : mesh_(mesh), binned_(binned), cells_(cells), kind_(kind) {}
+        : mesh_(mesh), binned_(binned), cells_(cells), kind_(kind)
+    {
+    }
 
     // Points of one brick, appended to `out` in Morton order of the cells.
     void brick(std::size_t index, Scratch &scratch, Portion &out) const;
 
-private:
+  private:
     void find_pieces(const Brick &brick, const Cell &corner, Scratch &scratch) const;
     ShellPoint point(const Side &side, const Cell &cell, Portion &out) const;
 
@@ -82,13 +83,14 @@ void Maker::find_pieces(const Brick &brick, const Cell &corner, Scratch &scratch
                 const int jk = std::countr_zero(bits);
                 const Cell cell{corner[0] + i, corner[1] + (jk >> 3), corner[2] + (jk & 7)};
                 const Projection p = project(seen_from(cell, triangle));
-                scratch.found.push_back(
-                    {p.point, p.distance2, p.area, triangle.normal, t, static_cast<std::uint16_t>(i << 6 | jk)});
+                scratch.found.push_back({p.point, p.distance2, p.area, triangle.normal, t,
+                                         static_cast<std::uint16_t>(i << 6 | jk)});
             }
     }
 }
 
-// The float nearest to `x` that lies in [low, high], or the nearest of all where the cell is too small for floats.
+// The float nearest to `x` that lies in [low, high], or the nearest of all where the cell is too small for
+// floats.
 float into(double x, double low, double high)
 {
     const float f = static_cast<float>(x);
@@ -163,7 +165,8 @@ Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Ce
     for (std::uint32_t b = 0; b < cells.bricks.size(); ++b) {
         const BrickAt &at = cells.bricks[b].at;
         order.push_back({morton(static_cast<std::uint32_t>(at[0]), static_cast<std::uint32_t>(at[1]),
-                                static_cast<std::uint32_t>(at[2])), b});
+                                static_cast<std::uint32_t>(at[2])),
+                         b});
     }
     tbb::parallel_sort(order.begin(), order.end());
 
@@ -174,17 +177,21 @@ Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Ce
     const Maker maker(mesh, binned, cells, kind);
     tbb::enumerable_thread_specific<Scratch> scratch;
     progress.stage("points", order.size());
-    tbb::parallel_for(std::size_t{0}, portions.size(), [&](std::size_t p) {
-        const std::size_t begin = p * bricks_per_portion, end = std::min(order.size(), begin + bricks_per_portion);
-        for (std::size_t o = begin; o < end; ++o) {
-            progress.check();
-            const std::uint32_t b = order[o].second;
-            first[b] = portions[p].points.size(); // within the portion, for now
-            maker.brick(b, scratch.local(), portions[p]);
-            last[b] = portions[p].points.size();
-        }
-        progress.advance(end - begin);
-    }, tbb::simple_partitioner());
+    tbb::parallel_for(
+        std::size_t{0}, portions.size(),
+        [&](std::size_t p) {
+            const std::size_t begin = p * bricks_per_portion,
+                              end = std::min(order.size(), begin + bricks_per_portion);
+            for (std::size_t o = begin; o < end; ++o) {
+                progress.check();
+                const std::uint32_t b = order[o].second;
+                first[b] = portions[p].points.size(); // within the portion, for now
+                maker.brick(b, scratch.local(), portions[p]);
+                last[b] = portions[p].points.size();
+            }
+            progress.advance(end - begin);
+        },
+        tbb::simple_partitioner());
 
     Shell shell;
     shell.kind = kind;

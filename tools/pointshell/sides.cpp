@@ -7,13 +7,19 @@
 namespace voxshell {
 namespace {
 
-constexpr double cancels = 0.25;      // |mean normal| below which it means nothing
-constexpr double agrees = 0.95;       // |mean normal| above which the cell holds one side only
-constexpr double opposed = -0.766;    // cosine of 140 degrees
-constexpr double considerable = 0.1;  // share of the area that makes a side
+constexpr double cancels = 0.25;     // |mean normal| below which it means nothing
+constexpr double agrees = 0.95;      // |mean normal| above which the cell holds one side only
+constexpr double opposed = -0.766;   // cosine of 140 degrees
+constexpr double considerable = 0.1; // share of the area that makes a side
 
-double length(const Vec &v) { return std::sqrt(dot(v, v)); }
-bool has_plane(const Piece &piece) { return piece.normal != Vec{}; }
+double length(const Vec &v)
+{
+    return std::sqrt(dot(v, v));
+}
+bool has_plane(const Piece &piece)
+{
+    return piece.normal != Vec{};
+}
 
 // Eigenvector of the largest eigenvalue of a symmetric matrix (xx yy zz xy xz yz), by Jacobi rotations.
 Vec principal_axis(const std::array<double, 6> &m)
@@ -50,7 +56,7 @@ struct Group {
     const Piece *nearest = nullptr;
     const Piece *nearest_plane = nullptr; // the nearest one that has a plane
     double area = 0;
-    Vec sum{};     // of area n
+    Vec sum{}; // of area n
     double planes = 0;
     Vec normals{}; // of n
     void add(const Piece &piece)
@@ -71,7 +77,9 @@ struct Group {
         const double size = length(mean);
         const bool usable = size >= cancels * (area > 0 ? area : planes) && size > 0 &&
                             (!has_plane(*nearest) || dot(mean, nearest->normal) >= 0);
-        const Vec outward = usable ? (1 / size) * mean : has_plane(*nearest) ? nearest->normal : nearest_plane->normal;
+        const Vec outward = usable                ? (1 / size) * mean
+                            : has_plane(*nearest) ? nearest->normal
+                                                  : nearest_plane->normal;
         out.inward = -1.0 * outward;
         return out;
     }
@@ -109,10 +117,10 @@ Sides sides_of(std::span<const Piece> pieces)
     }
     std::array<Group, 2> group = split(pieces, principal_axis(spread));
     const double product = length(group[0].sum) * length(group[1].sum);
-    const bool two = group[0].nearest && group[1].nearest &&
-                     (size < cancels * all.area ||
-                      (std::min(group[0].area, group[1].area) >= considerable * all.area &&
-                       dot(group[0].sum, group[1].sum) < opposed * product));
+    const bool two =
+        group[0].nearest && group[1].nearest &&
+        (size < cancels * all.area || (std::min(group[0].area, group[1].area) >= considerable * all.area &&
+                                       dot(group[0].sum, group[1].sum) < opposed * product));
     if (!two) {
         if (!against) return one;
         group = split(pieces, all.sum);

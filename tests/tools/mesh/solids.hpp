@@ -15,7 +15,8 @@ inline void append(Mesh &mesh, const Mesh &other)
 {
     const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
-    for (const Triangle &t : other.triangles) mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+    for (const Triangle &t : other.triangles)
+        mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
 }
 
 inline void invert(Mesh &mesh)
@@ -39,7 +40,8 @@ inline Mesh ball(double radius, int rings, const Point &center = {})
     Mesh m;
     const int seg = 2 * rings;
     const auto put = [&](double polar, double turn) {
-        m.vertices.push_back({center[0] + radius * std::sin(polar) * std::cos(turn), center[1] - radius * std::cos(polar),
+        m.vertices.push_back({center[0] + radius * std::sin(polar) * std::cos(turn),
+                              center[1] - radius * std::cos(polar),
                               center[2] + radius * std::sin(polar) * std::sin(turn)});
     };
     put(0, 0);
@@ -77,7 +79,8 @@ inline Mesh random_soup(std::size_t count, std::uint32_t seed, double size)
     Mesh m;
     for (std::size_t t = 0; t < count; ++t) {
         const Point c{unit(), unit(), unit()};
-        for (int v = 0; v < 3; ++v) m.vertices.push_back({c[0] + size * unit(), c[1] + size * unit(), c[2] + size * unit()});
+        for (int v = 0; v < 3; ++v)
+            m.vertices.push_back({c[0] + size * unit(), c[1] + size * unit(), c[2] + size * unit()});
         const auto base = static_cast<std::uint32_t>(3 * t);
         m.triangles.push_back({base, base + 1, base + 2});
     }

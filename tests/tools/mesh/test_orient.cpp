@@ -85,7 +85,8 @@ TEST_CASE("surfaces in pieces: cracks everywhere, one piece in five turned")
     for (Point &p : m.vertices)
         for (double &x : p) x += 1e-7 * (static_cast<double>(random()) / 4294967295.0);
     std::size_t turned = 0;
-    for (std::size_t t = 0; t < m.triangles.size(); t += 5, ++turned) std::swap(m.triangles[t][1], m.triangles[t][2]);
+    for (std::size_t t = 0; t < m.triangles.size(); t += 5, ++turned)
+        std::swap(m.triangles[t][1], m.triangles[t][2]);
     CHECK(orient(m).flipped == turned);
 }
 
@@ -99,7 +100,9 @@ TEST_CASE("faces that lie on each other are turned one by one")
     orient(m);
     for (std::size_t t = 0; t < m.triangles.size(); ++t) {
         const auto expect = once.triangles[t % 12];
-        CHECK(m.triangles[t] == Triangle{expect[0] + 8 * static_cast<std::uint32_t>(t / 12), expect[1] + 8 * static_cast<std::uint32_t>(t / 12), expect[2] + 8 * static_cast<std::uint32_t>(t / 12)});
+        CHECK(m.triangles[t] == Triangle{expect[0] + 8 * static_cast<std::uint32_t>(t / 12),
+                                         expect[1] + 8 * static_cast<std::uint32_t>(t / 12),
+                                         expect[2] + 8 * static_cast<std::uint32_t>(t / 12)});
     }
 }
 

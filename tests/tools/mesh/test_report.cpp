@@ -12,10 +12,12 @@ using namespace voxshell;
 
 TEST_CASE("a box, indexed or as soup")
 {
-    for (const Mesh &m : {solids::box({0, 0, 0}, {1, 2, 3}), solids::soup(solids::box({0, 0, 0}, {1, 2, 3}))}) {
+    for (const Mesh &m :
+         {solids::box({0, 0, 0}, {1, 2, 3}), solids::soup(solids::box({0, 0, 0}, {1, 2, 3}))}) {
         const MeshReport r = report(m);
         CHECK(r.triangles == 12);
-        CHECK(r.degenerate + r.duplicate + r.boundary_edges + r.non_manifold_edges + r.badly_wound_edges == 0);
+        CHECK(r.degenerate + r.duplicate + r.boundary_edges + r.non_manifold_edges + r.badly_wound_edges ==
+              0);
         CHECK(r.shells == 1);
         CHECK(r.closed);
         CHECK(r.oriented);

@@ -58,7 +58,8 @@ double worst_error(const Mesh &mesh, int points, double spread, const Point &cen
     double worst = 0;
     for (int k = 0; k < points; ++k) {
         Point q{};
-        for (int i = 0; i < 3; ++i) q[i] = center[i] + spread * (static_cast<double>(random()) / 2147483647.5 - 1);
+        for (int i = 0; i < 3; ++i)
+            q[i] = center[i] + spread * (static_cast<double>(random()) / 2147483647.5 - 1);
         worst = std::max(worst, std::abs(tree.at(q) - brute(mesh, q)));
     }
     MESSAGE(mesh.triangles.size() << " triangles: worst error " << worst);
@@ -97,7 +98,8 @@ TEST_CASE("the tree agrees with the plain sum to 0.01")
                     p[v][i] = plate.vertices[t[v]][i];
                     p[v + 3][i] = (plate.vertices[t[v]][i] + plate.vertices[t[(v + 1) % 3]][i]) / 2;
                 }
-            for (const auto &[x, y, z] : {std::array{0, 3, 5}, std::array{3, 1, 4}, std::array{5, 4, 2}, std::array{3, 4, 5}}) {
+            for (const auto &[x, y, z] :
+                 {std::array{0, 3, 5}, std::array{3, 1, 4}, std::array{5, 4, 2}, std::array{3, 4, 5}}) {
                 const auto base = static_cast<std::uint32_t>(finer.vertices.size());
                 finer.vertices.insert(finer.vertices.end(), {p[x], p[y], p[z]});
                 finer.triangles.push_back({base, base + 1, base + 2});
@@ -118,7 +120,8 @@ TEST_CASE("scale and place do not matter")
     }
 }
 
-TEST_CASE("degenerate triangles count nothing and make no NaN; points on a face, an edge and a vertex are finite")
+TEST_CASE(
+    "degenerate triangles count nothing and make no NaN; points on a face, an edge and a vertex are finite")
 {
     Mesh m = solids::box({0, 0, 0}, {1, 1, 1});
     m.triangles.push_back({0, 0, 0});
@@ -136,9 +139,11 @@ TEST_CASE("the same bits for any thread count")
     const Mesh m = solids::random_soup(20000, 5, 0.1);
     std::vector<double> seen[2];
     for (const int threads : {1, 2}) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                        static_cast<std::size_t>(threads));
         const WindingNumber tree(m);
-        for (int k = 0; k < 200; ++k) seen[threads - 1].push_back(tree.at({k * 0.005 - 0.5, 0.1, 0.01 * (k % 7)}));
+        for (int k = 0; k < 200; ++k)
+            seen[threads - 1].push_back(tree.at({k * 0.005 - 0.5, 0.1, 0.01 * (k % 7)}));
     }
     CHECK(seen[0] == seen[1]);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The projection against an oracle of another kind: enumeration of everything where the nearest point of a triangle
-// inside a box can lie, in long double.
+// The projection against an oracle of another kind: enumeration of everything where the nearest point of a
+// triangle inside a box can lie, in long double.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include "pointshell/project.hpp"
 
@@ -21,16 +21,23 @@ namespace {
 using Real = long double;
 using Vec3 = std::array<Real, 3>;
 
-Vec3 sub(const Vec3 &a, const Vec3 &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Real inner(const Vec3 &a, const Vec3 &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vec3 sub(const Vec3 &a, const Vec3 &b)
+{
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+Real inner(const Vec3 &a, const Vec3 &b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 Vec3 outer(const Vec3 &a, const Vec3 &b)
 {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// Candidates of argmin |p| over T and the box |x| <= 1/2: the foot on T's plane; on each of T's edges the point nearest
-// to 0 and the points where it passes a face plane, and its ends; on each line where T's plane passes a face plane the
-// point nearest to 0; and T's plane on each of the box's twelve edges. The nearest feasible one is the minimum.
+// Candidates of argmin |p| over T and the box |x| <= 1/2: the foot on T's plane; on each of T's edges the
+// point nearest to 0 and the points where it passes a face plane, and its ends; on each line where T's plane
+// passes a face plane the point nearest to 0; and T's plane on each of the box's twelve edges. The nearest
+// feasible one is the minimum.
 struct Oracle {
     std::array<Vec3, 3> t;
     Vec3 n{};
@@ -102,7 +109,8 @@ struct Tally {
 void check_cell(const LatticeMesh &mesh, const Cell &cell, Tally &tally)
 {
     const auto &[a, b, c] = mesh.triangles[0];
-    const CellTriangle seen = seen_from(cell, lattice_triangle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
+    const CellTriangle seen =
+        seen_from(cell, lattice_triangle(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]));
     const Projection p = project(seen);
     const Oracle oracle(seen);
     REQUIRE(oracle.best);
@@ -111,11 +119,13 @@ void check_cell(const LatticeMesh &mesh, const Cell &cell, Tally &tally)
     Real off2 = 0;
     for (int i = 0; i < 3; ++i) {
         REQUIRE(std::abs(p.point[i]) <= 0.5);
-        off2 += (static_cast<Real>(p.point[i]) - (*oracle.best)[i]) * (static_cast<Real>(p.point[i]) - (*oracle.best)[i]);
+        off2 += (static_cast<Real>(p.point[i]) - (*oracle.best)[i]) *
+                (static_cast<Real>(p.point[i]) - (*oracle.best)[i]);
     }
     const double off = static_cast<double>(std::sqrt(off2));
     tally.worst = std::max(tally.worst, off);
-    CHECK(p.distance2 == doctest::Approx(static_cast<double>(inner(*oracle.best, *oracle.best))).epsilon(1e-11));
+    CHECK(p.distance2 ==
+          doctest::Approx(static_cast<double>(inner(*oracle.best, *oracle.best))).epsilon(1e-11));
     const Vec on = nearest_on_triangle(seen, p.point) - p.point;
     CHECK(dot(on, on) < 1e-20);
     CHECK(p.area >= 0);
@@ -146,7 +156,8 @@ constexpr std::int64_t unit = lattice_per_cell;
 Projection project_in_origin_cell(const Vec &a, const Vec &b, const Vec &c) // of [0, 1)^3, corners in cells
 {
     const auto snap = [](const Vec &v) {
-        return LatticePoint{std::llround(v[0] * 65536), std::llround(v[1] * 65536), std::llround(v[2] * 65536)};
+        return LatticePoint{std::llround(v[0] * 65536), std::llround(v[1] * 65536),
+                            std::llround(v[2] * 65536)};
     };
     return project(seen_from({0, 0, 0}, lattice_triangle(snap(a), snap(b), snap(c))));
 }
@@ -161,23 +172,28 @@ void check_point(const Projection &p, ProjectionCase situation, const Vec &expec
 
 TEST_CASE("case 1: the foot is in the cell and in the triangle")
 {
-    check_point(project_in_origin_cell({-3, 0.25, -3}, {0.5, 0.25, 5}, {5, 0.25, -3}), ProjectionCase::foot, {0.5, 0.25, 0.5});
+    check_point(project_in_origin_cell({-3, 0.25, -3}, {0.5, 0.25, 5}, {5, 0.25, -3}), ProjectionCase::foot,
+                {0.5, 0.25, 0.5});
 }
 
 TEST_CASE("case 2: the foot is in the cell, the triangle ends before it")
 {
     // the nearest point of the triangle is inside the cell
-    check_point(project_in_origin_cell({0.75, 0.5, -3}, {3, 0.5, 0.5}, {0.75, 0.5, 3}), ProjectionCase::foot_in_cell, {0.75, 0.5, 0.5});
+    check_point(project_in_origin_cell({0.75, 0.5, -3}, {3, 0.5, 0.5}, {0.75, 0.5, 3}),
+                ProjectionCase::foot_in_cell, {0.75, 0.5, 0.5});
     // a corner
-    check_point(project_in_origin_cell({0.75, 0.25, 0.5}, {3, 0.25, 0.25}, {3, 0.25, 0.75}), ProjectionCase::foot_in_cell, {0.75, 0.25, 0.5});
+    check_point(project_in_origin_cell({0.75, 0.25, 0.5}, {3, 0.25, 0.25}, {3, 0.25, 0.75}),
+                ProjectionCase::foot_in_cell, {0.75, 0.25, 0.5});
 }
 
-// Cases 3 and 4 on the plane x + 8 y = 8.75: its foot from the centre is (0.565, 1.023, 0.5), above the cell, and the plane
-// leaves the cell through its top at x = 0.75.
+// Cases 3 and 4 on the plane x + 8 y = 8.75: its foot from the centre is (0.565, 1.023, 0.5), above the cell,
+// and the plane leaves the cell through its top at x = 0.75.
 TEST_CASE("case 3: the foot is in the triangle, but outside the cell")
 {
-    check_point(project_in_origin_cell({-7.25, 2, -9}, {-7.25, 2, 9}, {24.75, -2, 0.5}), ProjectionCase::foot_in_face, {0.75, 1, 0.5});
-    // cut by a corner only: x + y + 4 z = 5.875 has its foot at (0.660, 0.660, 1.139), the cut's nearest on z = 1 and x = y
+    check_point(project_in_origin_cell({-7.25, 2, -9}, {-7.25, 2, 9}, {24.75, -2, 0.5}),
+                ProjectionCase::foot_in_face, {0.75, 1, 0.5});
+    // cut by a corner only: x + y + 4 z = 5.875 has its foot at (0.660, 0.660, 1.139), the cut's nearest on z
+    // = 1 and x = y
     const Projection p = project_in_origin_cell({-8.125, -10, 6}, {13.875, -10, 0.5}, {-8.125, 12, 0.5});
     check_point(p, ProjectionCase::foot_in_face, {0.9375, 0.9375, 1});
 }
@@ -185,11 +201,12 @@ TEST_CASE("case 3: the foot is in the triangle, but outside the cell")
 TEST_CASE("case 4, the paper's figure 4: the foot is in neither")
 {
     // The triangle begins right of the foot, inside the cell: its nearest point counts.
-    check_point(project_in_origin_cell({0.875, 0.984375, -3}, {0.875, 0.984375, 4}, {8.75, 0, 0.5}), ProjectionCase::foot_off_near,
-                {0.875, 0.984375, 0.5});
-    // It begins between the foot and the cell: its nearest point is outside, the cut with the cell's surface counts.
-    check_point(project_in_origin_cell({0.65625, 1.01171875, -3}, {0.65625, 1.01171875, 4}, {8.75, 0, 0.5}), ProjectionCase::foot_off_cut,
-                {0.75, 1, 0.5});
+    check_point(project_in_origin_cell({0.875, 0.984375, -3}, {0.875, 0.984375, 4}, {8.75, 0, 0.5}),
+                ProjectionCase::foot_off_near, {0.875, 0.984375, 0.5});
+    // It begins between the foot and the cell: its nearest point is outside, the cut with the cell's surface
+    // counts.
+    check_point(project_in_origin_cell({0.65625, 1.01171875, -3}, {0.65625, 1.01171875, 4}, {8.75, 0, 0.5}),
+                ProjectionCase::foot_off_cut, {0.75, 1, 0.5});
 }
 
 TEST_CASE("all cases, with the cut and without, in random triangles of every size")
@@ -205,14 +222,16 @@ TEST_CASE("all cases, with the cut and without, in random triangles of every siz
             check_brick(one({a, b, c}), {0, 0, 0}, tally, 40);
         }
     }
-    MESSAGE(tally.pairs << " pairs; cases " << tally.count[1] << " " << tally.count[2] << " " << tally.count[3] << " "
-                        << tally.count[4] << " " << tally.count[5] << "; worst " << tally.worst << " cells");
+    MESSAGE(tally.pairs << " pairs; cases " << tally.count[1] << " " << tally.count[2] << " "
+                        << tally.count[3] << " " << tally.count[4] << " " << tally.count[5] << "; worst "
+                        << tally.worst << " cells");
     CHECK(tally.pairs > 20000);
     for (int s = 1; s <= 5; ++s) CHECK(tally.count[s] > 20);
     CHECK(tally.worst < 1e-9);
 }
 
-TEST_CASE("built to hurt: corners on planes, edges and corners of cells, slivers of one lattice unit, segments, points")
+TEST_CASE("built to hurt: corners on planes, edges and corners of cells, slivers of one lattice unit, "
+          "segments, points")
 {
     std::mt19937_64 random(12);
     Tally tally;
@@ -222,19 +241,33 @@ TEST_CASE("built to hurt: corners on planes, edges and corners of cells, slivers
         return cell(random) * unit + (k < 6 ? 0 : k < 8 ? unit / 2 : tiny(random));
     };
     for (int k = 0; k < 6000; ++k) {
-        LatticePoint a{coordinate(), coordinate(), coordinate()}, b{coordinate(), coordinate(), coordinate()}, c;
+        LatticePoint a{coordinate(), coordinate(), coordinate()}, b{coordinate(), coordinate(), coordinate()},
+            c;
         switch (kind(random)) {
-        case 0: c = b; for (auto &x : c) x += tiny(random); break;            // sliver
-        case 1: for (int i = 0; i < 3; ++i) c[i] = (a[i] + b[i]) / 2; break; // sliver or segment
-        case 2: c = b; break;                                                // segment
-        case 3: c = b = a; break;                                            // point
-        case 4: for (int i = 0; i < 3; ++i) b[i] = a[i] + 4096 * (b[i] - a[i]), c[i] = b[i] + tiny(random); break;
-        default: c = {coordinate(), coordinate(), coordinate()};
+        case 0:
+            c = b;
+            for (auto &x : c) x += tiny(random);
+            break; // sliver
+        case 1:
+            for (int i = 0; i < 3; ++i) c[i] = (a[i] + b[i]) / 2;
+            break; // sliver or segment
+        case 2:
+            c = b;
+            break; // segment
+        case 3:
+            c = b = a;
+            break; // point
+        case 4:
+            for (int i = 0; i < 3; ++i) b[i] = a[i] + 4096 * (b[i] - a[i]), c[i] = b[i] + tiny(random);
+            break;
+        default:
+            c = {coordinate(), coordinate(), coordinate()};
         }
         check_brick(one({a, b, c}), {0, 0, 0}, tally, 60);
     }
-    MESSAGE(tally.pairs << " pairs; cases " << tally.count[1] << " " << tally.count[2] << " " << tally.count[3] << " "
-                        << tally.count[4] << " " << tally.count[5] << "; worst " << tally.worst << " cells");
+    MESSAGE(tally.pairs << " pairs; cases " << tally.count[1] << " " << tally.count[2] << " "
+                        << tally.count[3] << " " << tally.count[4] << " " << tally.count[5] << "; worst "
+                        << tally.worst << " cells");
     CHECK(tally.pairs > 30000);
     CHECK(tally.worst < 1e-7);
 }
@@ -265,7 +298,8 @@ TEST_CASE("the areas of all cells sum to the triangle's, also on planes that cel
 
 TEST_CASE("the normal of a sliver one unit wide and 4096 cells long is right to the last bits")
 {
-    const LatticeTriangle t = lattice_triangle({0, 0, 0}, {4096 * unit, 4096 * unit, 0}, {4096 * unit + 1, 4096 * unit, 0});
+    const LatticeTriangle t =
+        lattice_triangle({0, 0, 0}, {4096 * unit, 4096 * unit, 0}, {4096 * unit + 1, 4096 * unit, 0});
     CHECK(t.normal == Vec{0, 0, -1});
     const std::int64_t far = std::int64_t{1} << 35;
     const LatticeTriangle u = lattice_triangle({0, 0, 0}, {far, far, 1}, {far, far - 1, 0});

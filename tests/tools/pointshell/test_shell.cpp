@@ -1,145 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Whole shells: against analytic solids and against the rules of formats/pointshell.md.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
-#include "pointshell/shell.hpp"
-
-#include "pointshell/cluster.hpp"
+#include "rules.hpp"
 #include "solids.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 
-#include <algorithm>
 #include <cstring>
-#include <map>
 
 using namespace voxshell;
 
 namespace {
-
-struct Made {
-    LatticeMesh mesh;
-    Cells cells;
-    Shell shell;
-};
-
-Made make(const Mesh &mesh, double voxel, ShellKind kind = ShellKind::exact)
-{
-    Progress silent;
-    Made m;
-    m.mesh = snap(mesh, voxel);
-    const BrickTriangles binned = bin_triangles(m.mesh, silent);
-    m.cells = voxelize(m.mesh, binned, silent);
-    m.shell = make_shell(m.mesh, binned, m.cells, kind, silent);
-    return m;
-}
-
-double mesh_area(const LatticeMesh &mesh)
-{
-    double sum = 0;
-    for (const Triangle &t : mesh.triangles) {
-        std::array<double, 3> u, v;
-        for (int i = 0; i < 3; ++i) {
-            u[i] = static_cast<double>(mesh.vertices[t[1]][i] - mesh.vertices[t[0]][i]);
-            v[i] = static_cast<double>(mesh.vertices[t[2]][i] - mesh.vertices[t[0]][i]);
-        }
-        const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-        sum += std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
-    }
-    const double unit = mesh.voxel / static_cast<double>(lattice_per_cell);
-    return sum * unit * unit;
-}
-
-Cell cell_of(const Made &m, const ShellPoint &p)
-{
-    const BrickAt &at = m.cells.bricks[p.brick].at;
-    return {m.cells.origin[0] + 8 * at[0] + (p.cell >> 6), m.cells.origin[1] + 8 * at[1] + (p.cell >> 3 & 7),
-            m.cells.origin[2] + 8 * at[2] + (p.cell & 7)};
-}
-
-// What holds of every shell. `floats`: the cells are large against the floats at their place.
-void check_rules(const Made &m, bool floats = true)
-{
-    const Shell &s = m.shell;
-    const double h = m.mesh.voxel;
-    REQUIRE(!s.points.empty());
-    CHECK(s.voxel == h);
-    CHECK(s.surface_cells == m.cells.surface_cells);
-    double area = 0, gap = 0;
-    std::map<Cell, std::vector<std::size_t>> of_cell;
-    std::uint64_t before = 0;
-    for (std::size_t i = 0; i < s.points.size(); ++i) {
-        const ShellPoint &p = s.points[i];
-        const Cell cell = cell_of(m, p);
-        REQUIRE(cell_state(m.cells, cell) == VXS_CELL_SURFACE);
-        of_cell[cell].push_back(i);
-        double n2 = 0;
-        for (int a = 0; a < 3; ++a) {
-            const double x = static_cast<double>(p.position[a]), n = static_cast<double>(p.normal[a]);
-            REQUIRE(std::isfinite(x));
-            REQUIRE(std::isfinite(n));
-            n2 += n * n;
-            if (floats) {
-                REQUIRE(x >= h * static_cast<double>(cell[a]));
-                REQUIRE(x <= h * static_cast<double>(cell[a] + 1));
-            }
-        }
-        REQUIRE(std::abs(std::sqrt(n2) - 1) <= 1e-6);
-        REQUIRE(p.area >= 0);
-        REQUIRE(!std::signbit(p.area));
-        area += static_cast<double>(p.area);
-        const std::uint64_t now = morton(static_cast<std::uint32_t>(cell[0] - m.cells.origin[0]), static_cast<std::uint32_t>(cell[1] - m.cells.origin[1]),
-                                         static_cast<std::uint32_t>(cell[2] - m.cells.origin[2]));
-        REQUIRE(now >= before);
-        before = now;
-    }
-    CHECK(of_cell.size() == s.surface_cells);
-    CHECK(std::abs(area - s.area) <= 1e-6 * s.area);
-    CHECK(s.area == doctest::Approx(mesh_area(m.mesh)).epsilon(1e-6));
-
-    for (const auto &[cell, points] : of_cell) {
-        REQUIRE(points.size() <= 2);
-        for (int n = 0; n < 27; ++n) {
-            const int d[3] = {n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
-            if (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]) > 2) continue;
-            if (n == 13) continue;
-            const auto other = of_cell.find({cell[0] + d[0], cell[1] + d[1], cell[2] + d[2]});
-            if (other == of_cell.end()) continue;
-            for (const std::size_t p : points)
-                for (const std::size_t q : other->second) {
-                    double d2 = 0;
-                    for (int a = 0; a < 3; ++a)
-                        d2 += std::pow(static_cast<double>(s.points[p].position[a]) - static_cast<double>(s.points[q].position[a]), 2);
-                    gap = std::max(gap, std::sqrt(d2));
-                }
-        }
-    }
-    CHECK(s.gap_max == doctest::Approx(gap).epsilon(1e-14));
-    if (floats) CHECK(s.gap_max <= 3 * h * (1 + 1e-6));
-
-    std::uint32_t first = 0;
-    for (const Cluster &c : s.clusters) {
-        CHECK(c.first == first);
-        CHECK(c.count == std::min<std::size_t>(64, s.points.size() - first));
-        for (std::uint32_t i = first; i < first + c.count; ++i) {
-            double d[3];
-            for (int a = 0; a < 3; ++a) d[a] = static_cast<double>(s.points[i].position[a]) - static_cast<double>(c.center[a]);
-            REQUIRE((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2] <= static_cast<double>(c.radius) * static_cast<double>(c.radius));
-            for (int a = 0; a < 3; ++a) d[a] = static_cast<double>(s.points[i].position[a]) - s.center[a];
-            REQUIRE((d[0] * d[0] + d[1] * d[1]) + d[2] * d[2] <= s.radius * s.radius);
-        }
-        first += c.count;
-    }
-    CHECK(first == s.points.size());
-}
 
 bool same(const Shell &a, const Shell &b)
 {
     return a.points.size() == b.points.size() && a.clusters.size() == b.clusters.size() &&
            std::memcmp(a.points.data(), b.points.data(), a.points.size() * sizeof(ShellPoint)) == 0 &&
            std::memcmp(a.clusters.data(), b.clusters.data(), a.clusters.size() * sizeof(Cluster)) == 0 &&
-           a.area == b.area && a.gap_max == b.gap_max && a.surface_error == b.surface_error && a.center == b.center &&
-           a.radius == b.radius;
+           a.area == b.area && a.gap_max == b.gap_max && a.surface_error == b.surface_error &&
+           a.center == b.center && a.radius == b.radius;
 }
 
 double dot_with_radius(const ShellPoint &p, const Point &center)
@@ -166,7 +46,8 @@ TEST_CASE("a sphere: points on it, normals to its middle, weights its area, gap 
         for (const ShellPoint &p : m.shell.points) {
             REQUIRE(dot_with_radius(p, {0.3, 5.1, -2.2}) < -0.97);
             double r2 = 0;
-            for (int a = 0; a < 3; ++a) r2 += std::pow(static_cast<double>(p.position[a]) - Point{0.3, 5.1, -2.2}[a], 2);
+            for (int a = 0; a < 3; ++a)
+                r2 += std::pow(static_cast<double>(p.position[a]) - Point{0.3, 5.1, -2.2}[a], 2);
             REQUIRE(std::sqrt(r2) <= 1 + 1e-5);
             REQUIRE(std::sqrt(r2) >= 0.9993);
         }
@@ -216,13 +97,16 @@ TEST_CASE("a knife edge and a needle: two points a cell along the edge, normals 
     // a prism with an edge of 5 degrees along z
     Mesh knife;
     const double w = 20 * std::tan(2.5 * std::numbers::pi / 180);
-    knife.vertices = {{0.5, 10.2, 0.1}, {0.5 - w, -9.8, 0.1}, {0.5 + w, -9.8, 0.1}, {0.5, 10.2, 9.9}, {0.5 - w, -9.8, 9.9}, {0.5 + w, -9.8, 9.9}};
-    knife.triangles = {{0, 1, 2}, {3, 5, 4}, {0, 3, 1}, {3, 4, 1}, {0, 2, 3}, {3, 2, 5}, {1, 4, 2}, {4, 5, 2}};
+    knife.vertices = {{0.5, 10.2, 0.1}, {0.5 - w, -9.8, 0.1}, {0.5 + w, -9.8, 0.1},
+                      {0.5, 10.2, 9.9}, {0.5 - w, -9.8, 9.9}, {0.5 + w, -9.8, 9.9}};
+    knife.triangles = {{0, 1, 2}, {3, 5, 4}, {0, 3, 1}, {3, 4, 1},
+                       {0, 2, 3}, {3, 2, 5}, {1, 4, 2}, {4, 5, 2}};
     for (Triangle &t : knife.triangles) { // outward
         Point c{}, u{}, v{};
         for (int i = 0; i < 3; ++i) {
             c[i] = (knife.vertices[t[0]][i] + knife.vertices[t[1]][i] + knife.vertices[t[2]][i]) / 3;
-            u[i] = knife.vertices[t[1]][i] - knife.vertices[t[0]][i], v[i] = knife.vertices[t[2]][i] - knife.vertices[t[0]][i];
+            u[i] = knife.vertices[t[1]][i] - knife.vertices[t[0]][i],
+            v[i] = knife.vertices[t[2]][i] - knife.vertices[t[0]][i];
         }
         const Point n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
         if (n[0] * (c[0] - 0.5) + n[1] * (c[1] + 4) + n[2] * (c[2] - 5) < 0) std::swap(t[1], t[2]);
@@ -235,7 +119,8 @@ TEST_CASE("a knife edge and a needle: two points a cell along the edge, normals 
         if (c[1] < 8 || c[1] > 9 || c[2] < 1 || c[2] > 8) continue; // near the edge, off the ends
         ++doubled;
         CHECK(std::abs(p.normal[0]) > 0.9f);
-        CHECK((static_cast<double>(p.position[0]) < 0.5) == (p.normal[0] > 0)); // each side pushes to the middle plane
+        CHECK((static_cast<double>(p.position[0]) < 0.5) ==
+              (p.normal[0] > 0)); // each side pushes to the middle plane
     }
     CHECK(doubled == 2 * 2 * 8);
     check_rules(make(solids::ball(0.2, 20, {0.5, 0.5, 0.5}), 1)); // a whole ball in one cell
@@ -255,7 +140,8 @@ TEST_CASE("scale and place: the same shell at 1 um and 1 km, and shifted by whol
         REQUIRE(s.shell.points.size() == m.shell.points.size());
         for (std::size_t i = 0; i < m.shell.points.size(); ++i) {
             for (int a = 0; a < 3; ++a)
-                REQUIRE(static_cast<double>(s.shell.points[i].position[a]) == static_cast<double>(m.shell.points[i].position[a]) * scale);
+                REQUIRE(static_cast<double>(s.shell.points[i].position[a]) ==
+                        static_cast<double>(m.shell.points[i].position[a]) * scale);
             REQUIRE(s.shell.points[i].normal == m.shell.points[i].normal);
         }
     }
@@ -277,7 +163,9 @@ TEST_CASE("the naive shell: centres, the same normals and weights")
     REQUIRE(n.shell.points.size() == e.shell.points.size());
     for (std::size_t i = 0; i < n.shell.points.size(); ++i) {
         const Cell c = cell_of(n, n.shell.points[i]);
-        for (int a = 0; a < 3; ++a) CHECK(static_cast<double>(n.shell.points[i].position[a]) == 0.25 * (static_cast<double>(c[a]) + 0.5));
+        for (int a = 0; a < 3; ++a)
+            CHECK(static_cast<double>(n.shell.points[i].position[a]) ==
+                  0.25 * (static_cast<double>(c[a]) + 0.5));
         CHECK(n.shell.points[i].normal == e.shell.points[i].normal);
         CHECK(n.shell.points[i].area == e.shell.points[i].area);
     }

@@ -19,7 +19,10 @@ Piece piece(const Vec &normal, double area, const Vec &point, std::uint32_t tria
     return {point, dot(point, point), area, length > 0 ? (1 / length) * normal : Vec{}, triangle, 0};
 }
 
-void check_unit(const Side &side) { CHECK(dot(side.inward, side.inward) == doctest::Approx(1).epsilon(1e-14)); }
+void check_unit(const Side &side)
+{
+    CHECK(dot(side.inward, side.inward) == doctest::Approx(1).epsilon(1e-14));
+}
 
 } // namespace
 
@@ -43,7 +46,8 @@ TEST_CASE("one face; a cube's edge and corner: one point, the area-weighted mean
 
 TEST_CASE("a thin wall gives a point per side, the nearer first, areas kept apart")
 {
-    const std::vector<Piece> pieces{piece({0, 1, 0}, 1, {0, 0.3, 0}, 1), piece({0, -1, 0}, 0.9, {0, -0.1, 0}, 2)};
+    const std::vector<Piece> pieces{piece({0, 1, 0}, 1, {0, 0.3, 0}, 1),
+                                    piece({0, -1, 0}, 0.9, {0, -0.1, 0}, 2)};
     const Sides s = sides_of(pieces);
     CHECK(s.count == 2);
     CHECK(s.side[0].nearest->triangle == 2);
@@ -55,8 +59,11 @@ TEST_CASE("a thin wall gives a point per side, the nearer first, areas kept apar
 
 TEST_CASE("a wall of which one side only grazes the cell: one point, unless the nearest is on that side")
 {
-    CHECK(sides_of(std::vector{piece({0, 1, 0}, 1, {0, 0.1, 0}, 1), piece({0, -1, 0}, 0.01, {0.4, -0.4, 0.4}, 2)}).count == 1);
-    const std::vector<Piece> pieces{piece({0, 1, 0}, 1, {0, 0.4, 0}, 1), piece({0, -1, 0}, 0.01, {0, 0.1, 0}, 2)};
+    CHECK(sides_of(
+              std::vector{piece({0, 1, 0}, 1, {0, 0.1, 0}, 1), piece({0, -1, 0}, 0.01, {0.4, -0.4, 0.4}, 2)})
+              .count == 1);
+    const std::vector<Piece> pieces{piece({0, 1, 0}, 1, {0, 0.4, 0}, 1),
+                                    piece({0, -1, 0}, 0.01, {0, 0.1, 0}, 2)};
     const Sides s = sides_of(pieces);
     CHECK(s.count == 2);
     CHECK(s.side[0].nearest->triangle == 2);
@@ -78,7 +85,8 @@ TEST_CASE("a knife edge of 10 degrees gives two points, a prism's edge of 60 deg
     CHECK(sides_of(prism).count == 1);
 }
 
-TEST_CASE("a cone's tip, blunt and like a needle: normals stay unit and each goes into the solid at its point")
+TEST_CASE(
+    "a cone's tip, blunt and like a needle: normals stay unit and each goes into the solid at its point")
 {
     for (const double half : {0.02, 0.1, 0.4, 0.8, 1.3}) {
         std::vector<Piece> pieces;
@@ -99,13 +107,16 @@ TEST_CASE("a cone's tip, blunt and like a needle: normals stay unit and each goe
     }
 }
 
-TEST_CASE("no area: a touch takes the planes' mean, a triangle without plane gives no normal, both together the plane's")
+TEST_CASE("no area: a touch takes the planes' mean, a triangle without plane gives no normal, both together "
+          "the plane's")
 {
-    const std::vector<Piece> touch{piece({1, 0, 0}, 0, {0.5, 0.5, 0.5}, 1), piece({0, 1, 0}, 0, {0.5, 0.5, 0.5}, 2)};
+    const std::vector<Piece> touch{piece({1, 0, 0}, 0, {0.5, 0.5, 0.5}, 1),
+                                   piece({0, 1, 0}, 0, {0.5, 0.5, 0.5}, 2)};
     Sides s = sides_of(touch);
     CHECK(s.count == 1);
     CHECK(s.side[0].inward[0] == doctest::Approx(-std::sqrt(0.5)));
-    const std::vector<Piece> edge_on{piece({1, 0, 0}, 0, {0.5, 0, 0}, 1), piece({-1, 0, 0}, 0, {0.5, 0, 0}, 2)};
+    const std::vector<Piece> edge_on{piece({1, 0, 0}, 0, {0.5, 0, 0}, 1),
+                                     piece({-1, 0, 0}, 0, {0.5, 0, 0}, 2)};
     CHECK(sides_of(edge_on).side[0].inward == Vec{-1, 0, 0});
     const std::vector<Piece> segment{piece({}, 0, {0.1, 0, 0}, 1)};
     s = sides_of(segment);
@@ -129,7 +140,8 @@ TEST_CASE("whatever comes: unit normals, no area lost, nearest first, no normal 
         bool plane = false;
         for (std::uint32_t t = 0; t < count; ++t) {
             Vec n{unit(), unit(), unit()};
-            if (random() % 4 == 0) n = {static_cast<double>(random() % 3) - 1, 0, static_cast<double>(random() % 3) - 1};
+            if (random() % 4 == 0)
+                n = {static_cast<double>(random() % 3) - 1, 0, static_cast<double>(random() % 3) - 1};
             const bool flat = n != Vec{};
             pieces.push_back(piece(n, flat && random() % 3 ? unit() + 0.5 : 0, {unit(), unit(), unit()}, t));
             area += pieces.back().area;
