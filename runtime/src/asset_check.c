@@ -19,7 +19,8 @@ typedef struct asset_kind {
 } asset_kind;
 
 static const asset_kind kinds[] = {
-    {VXS_VOXMAP_MAGIC, VXS_ASSET_VOXMAP, VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR, vxsi_check_voxmap},
+    {VXS_VOXMAP_MAGIC, VXS_ASSET_VOXMAP, VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR,
+     vxsi_check_voxmap},
     {VXS_POINTSHELL_MAGIC, VXS_ASSET_POINTSHELL, VXS_POINTSHELL_VERSION_MAJOR, VXS_POINTSHELL_VERSION_MINOR,
      vxsi_check_pointshell},
 };
@@ -27,8 +28,8 @@ static const asset_kind kinds[] = {
 /* Version 1.0 knows no bit. */
 static const uint32_t known_features = 0;
 
-vxs_result vxsi_refuse(vxsi_check *check, vxs_result result, const char *rule, uint32_t section, uint64_t offset,
-                       const char *text)
+vxs_result vxsi_refuse(vxsi_check *check, vxs_result result, const char *rule, uint32_t section,
+                       uint64_t offset, const char *text)
 {
     uint32_t number = 0;
     for (const char *digit = rule + 1; *digit; digit++) number = number * 10 + (uint32_t)(*digit - '0');
@@ -74,10 +75,12 @@ static vxs_result check_identity(vxsi_check *check, uint32_t wanted_kind, const 
 {
     const vxs_container_header *header = (const vxs_container_header *)(const void *)check->data;
     if (check->size < HEADER_SIZE)
-        return vxsi_refuse(check, VXS_TRUNCATED, "C101", VXS_ASSET_HEAD, 0, "the file is shorter than a header");
+        return vxsi_refuse(check, VXS_TRUNCATED, "C101", VXS_ASSET_HEAD, 0,
+                           "the file is shorter than a header");
     *kind = find_kind(check->data);
     if (!*kind)
-        return vxsi_refuse(check, VXS_MAGIC, "C102", VXS_ASSET_HEAD, 0, "the first eight bytes are no voxshell magic");
+        return vxsi_refuse(check, VXS_MAGIC, "C102", VXS_ASSET_HEAD, 0,
+                           "the first eight bytes are no voxshell magic");
     if (wanted_kind != VXS_ASSET_ANY && (*kind)->kind != wanted_kind) {
         check->issue.section = VXS_ASSET_HEAD;
         check->issue.text = vxs_result_text(VXS_KIND);
@@ -88,8 +91,9 @@ static vxs_result check_identity(vxsi_check *check, uint32_t wanted_kind, const 
         check->issue.file_minor = header->version_minor;
         check->issue.reader_major = (*kind)->major;
         check->issue.reader_minor = (*kind)->minor;
-        return vxsi_refuse(check, VXS_VERSION, "C103", VXS_ASSET_HEAD, offsetof(vxs_container_header, version_major),
-                           "another major version than this reader's: convert the part again, or use newer tools");
+        return vxsi_refuse(
+            check, VXS_VERSION, "C103", VXS_ASSET_HEAD, offsetof(vxs_container_header, version_major),
+            "another major version than this reader's: convert the part again, or use newer tools");
     }
     return VXS_OK;
 }
@@ -97,7 +101,7 @@ static vxs_result check_identity(vxsi_check *check, uint32_t wanted_kind, const 
 static vxs_result check_header(vxsi_check *check)
 {
     const vxs_container_header *header = (const vxs_container_header *)(const void *)check->data;
-#define REFUSE(result, rule, field, text)                                                                             \
+#define REFUSE(result, rule, field, text)                                                                    \
     return vxsi_refuse(check, result, rule, VXS_ASSET_HEAD, offsetof(vxs_container_header, field), text)
     if (vxsi_crc32(check->data, offsetof(vxs_container_header, header_crc)) != header->header_crc)
         REFUSE(VXS_CHECKSUM, "C104", header_crc, "the header's checksum does not match");
@@ -105,18 +109,22 @@ static vxs_result check_header(vxsi_check *check)
         REFUSE(VXS_FEATURE, "C105", required_features, "a required feature is not known to this reader");
     if (check->size < header->file_size)
         REFUSE(VXS_TRUNCATED, "C106", file_size, "the file is shorter than file_size");
-    if (check->size > header->file_size) REFUSE(VXS_CORRUPT, "C106", file_size, "the file is longer than file_size");
+    if (check->size > header->file_size)
+        REFUSE(VXS_CORRUPT, "C106", file_size, "the file is longer than file_size");
     if (header->section_count < 1 || header->section_count > VXS_CONTAINER_MAX_SECTIONS ||
         HEADER_SIZE + (uint64_t)ENTRY_SIZE * header->section_count > check->size)
-        REFUSE(VXS_LIMIT, "C107", section_count, "section_count is not within 1 .. 64, or the table leaves the file");
-    if (header->header_size != HEADER_SIZE) REFUSE(VXS_CORRUPT, "C108", header_size, "header_size is not 128");
+        REFUSE(VXS_LIMIT, "C107", section_count,
+               "section_count is not within 1 .. 64, or the table leaves the file");
+    if (header->header_size != HEADER_SIZE)
+        REFUSE(VXS_CORRUPT, "C108", header_size, "header_size is not 128");
     if (header->section_entry_size != ENTRY_SIZE)
         REFUSE(VXS_CORRUPT, "C108", section_entry_size, "section_entry_size is not 40");
     if (header->section_table_offset != HEADER_SIZE)
         REFUSE(VXS_CORRUPT, "C108", section_table_offset, "section_table_offset is not 128");
     if (header->reserved[0] != 0 || header->reserved[1] != 0)
         REFUSE(VXS_CORRUPT, "C109", reserved, "a reserved field is not 0");
-    if (vxsi_crc32(check->data + HEADER_SIZE, (size_t)ENTRY_SIZE * header->section_count) != header->table_crc)
+    if (vxsi_crc32(check->data + HEADER_SIZE, (size_t)ENTRY_SIZE * header->section_count) !=
+        header->table_crc)
         REFUSE(VXS_CHECKSUM, "C110", table_crc, "the section table's checksum does not match");
 #undef REFUSE
     return VXS_OK;
@@ -135,8 +143,9 @@ static vxs_result check_entry(vxsi_check *check, uint32_t index, uint64_t start)
 {
     const vxs_container_section *table = vxsi_table(check->data), *entry = &table[index];
     uint64_t at = HEADER_SIZE + (uint64_t)index * ENTRY_SIZE;
-#define REFUSE(rule, field, text)                                                                                     \
-    return vxsi_refuse(check, VXS_CORRUPT, rule, VXS_ASSET_TABL, at + offsetof(vxs_container_section, field), text)
+#define REFUSE(rule, field, text)                                                                            \
+    return vxsi_refuse(check, VXS_CORRUPT, rule, VXS_ASSET_TABL,                                             \
+                       at + offsetof(vxs_container_section, field), text)
     if (!id_is_valid(entry->id)) REFUSE("C201", id, "a section id is not four of A-Z 0-9, or is reserved");
     for (uint32_t other = 0; other < index; other++) {
         if (table[other].id == entry->id) REFUSE("C201", id, "two sections have this id");
@@ -170,18 +179,21 @@ static vxs_result check_table(vxsi_check *check)
         end = table[i].offset + table[i].size;
     }
     if (check->size != round64(end))
-        return vxsi_refuse(check, VXS_CORRUPT, "C205", VXS_ASSET_HEAD, offsetof(vxs_container_header, file_size),
+        return vxsi_refuse(check, VXS_CORRUPT, "C205", VXS_ASSET_HEAD,
+                           offsetof(vxs_container_header, file_size),
                            "the file does not end with the padding of its last section");
     const vxs_container_section *last = &table[header->section_count - 1];
     if (last->id != VXS_SECTION_META || last->stride != 1)
-        return vxsi_refuse_entry(check, VXS_CORRUPT, "C206", last, "the last section is not META of stride 1");
+        return vxsi_refuse_entry(check, VXS_CORRUPT, "C206", last,
+                                 "the last section is not META of stride 1");
     return VXS_OK;
 }
 
 static vxs_result check_gap(vxsi_check *check, uint32_t before, uint64_t from)
 {
     for (uint64_t at = from; at < round64(from); at++) {
-        if (check->data[at] != 0) return vxsi_refuse(check, VXS_CORRUPT, "C301", before, at, "padding is not 0");
+        if (check->data[at] != 0)
+            return vxsi_refuse(check, VXS_CORRUPT, "C301", before, at, "padding is not 0");
     }
     return VXS_OK;
 }

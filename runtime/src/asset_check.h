@@ -22,8 +22,8 @@ vxs_result vxsi_check_voxmap(vxsi_check *check);
 vxs_result vxsi_check_pointshell(vxsi_check *check);
 
 /* Notes where and why, and returns result. rule: "M305". */
-vxs_result vxsi_refuse(vxsi_check *check, vxs_result result, const char *rule, uint32_t section, uint64_t offset,
-                       const char *text);
+vxs_result vxsi_refuse(vxsi_check *check, vxs_result result, const char *rule, uint32_t section,
+                       uint64_t offset, const char *text);
 
 /* The same for a table entry as a whole. */
 vxs_result vxsi_refuse_entry(vxsi_check *check, vxs_result result, const char *rule,

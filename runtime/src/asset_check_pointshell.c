@@ -34,9 +34,11 @@ typedef struct shell_check {
     const vxs_pointshell_cluster *clusters;
 } shell_check;
 
-static vxs_result refuse_at(const shell_check *s, const char *rule, int which, uint64_t offset, const char *text)
+static vxs_result refuse_at(const shell_check *s, const char *rule, int which, uint64_t offset,
+                            const char *text)
 {
-    return vxsi_refuse(s->check, VXS_CORRUPT, rule, layout[which].id, s->section[which]->offset + offset, text);
+    return vxsi_refuse(s->check, VXS_CORRUPT, rule, layout[which].id, s->section[which]->offset + offset,
+                       text);
 }
 
 static vxs_result check_sections(shell_check *s)
@@ -49,14 +51,18 @@ static vxs_result check_sections(shell_check *s)
     }
     for (int n = 0; n < KNOWN; n++) {
         if (table[n].stride != layout[n].stride || (n == SHEL && table[n].count != 1))
-            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S102", &table[n], "wrong stride, or not one SHEL");
+            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S102", &table[n],
+                                     "wrong stride, or not one SHEL");
     }
     return VXS_OK;
 }
 
 #define FIELD(name) offsetof(vxs_pointshell_info, name)
 
-static int not_negative(double value) { return isfinite(value) && value >= 0; }
+static int not_negative(double value)
+{
+    return isfinite(value) && value >= 0;
+}
 
 static vxs_result refuse_info(const shell_check *s, const char *rule, size_t field, const char *text)
 {
@@ -78,10 +84,12 @@ static vxs_result check_measures(const shell_check *s)
     for (size_t n = 0; n < sizeof measures / sizeof *measures; n++) {
         double value;
         memcpy(&value, (const uint8_t *)s->info + measures[n].field, sizeof value);
-        if (measures[n].text && !not_negative(value)) return refuse_info(s, "S207", measures[n].field, measures[n].text);
+        if (measures[n].text && !not_negative(value))
+            return refuse_info(s, "S207", measures[n].field, measures[n].text);
         for (size_t axis = 0; axis < 3 && !measures[n].text; axis++) {
             if (!(fabs(s->info->center[axis]) <= max_coordinate))
-                return refuse_info(s, "S207", FIELD(center) + 8 * axis, "center is not finite, or beyond 1e15 m");
+                return refuse_info(s, "S207", FIELD(center) + 8 * axis,
+                                   "center is not finite, or beyond 1e15 m");
         }
     }
     return VXS_OK;
@@ -105,7 +113,8 @@ static vxs_result check_info(const shell_check *s)
         return refuse_info(s, "S205", FIELD(cluster_count), "not point_count / 64 rounded up");
     for (int n = POSX; n < KNOWN; n++) {
         if (s->section[n]->count != (n == CLUS ? info->cluster_count : info->padded_count))
-            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S206", s->section[n], "wrong number of elements");
+            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S206", s->section[n],
+                                     "wrong number of elements");
     }
     vxs_result result = check_measures(s);
     if (result != VXS_OK) return result;
@@ -162,8 +171,7 @@ static vxs_result check_cluster(const shell_check *s, uint64_t number)
 {
     const vxs_pointshell_cluster *cluster = &s->clusters[number];
     uint64_t first = number * VXS_POINTSHELL_CLUSTER_POINTS, left = s->info->point_count - first;
-#define REFUSE(rule, field, text)                                                                                     \
-    return refuse_at(s, rule, CLUS, number * sizeof *cluster + (field), text)
+#define REFUSE(rule, field, text) return refuse_at(s, rule, CLUS, number * sizeof *cluster + (field), text)
     if (cluster->first != first)
         REFUSE("S401", offsetof(vxs_pointshell_cluster, first), "first is not 64 x the cluster's number");
     if (cluster->count != (left < VXS_POINTSHELL_CLUSTER_POINTS ? left : VXS_POINTSHELL_CLUSTER_POINTS))
@@ -171,7 +179,8 @@ static vxs_result check_cluster(const shell_check *s, uint64_t number)
     double center[3];
     for (size_t axis = 0; axis < 3; axis++) {
         center[axis] = cluster->center[axis];
-        if (!(fabs(center[axis]) <= max_coordinate)) REFUSE("S402", 4 * axis, "center is not finite, or beyond 1e15 m");
+        if (!(fabs(center[axis]) <= max_coordinate))
+            REFUSE("S402", 4 * axis, "center is not finite, or beyond 1e15 m");
     }
     if (!(cluster->radius >= 0 && cluster->radius <= max_radius))
         REFUSE("S402", offsetof(vxs_pointshell_cluster, radius), "radius is not within 0 .. 1e16 m");

@@ -40,9 +40,11 @@ static const void *bytes_of(const map_check *m, int which)
     return m->section[which] ? m->check->data + m->section[which]->offset : NULL;
 }
 
-static vxs_result refuse_at(const map_check *m, const char *rule, int which, uint64_t offset, const char *text)
+static vxs_result refuse_at(const map_check *m, const char *rule, int which, uint64_t offset,
+                            const char *text)
 {
-    return vxsi_refuse(m->check, VXS_CORRUPT, rule, layout[which].id, m->section[which]->offset + offset, text);
+    return vxsi_refuse(m->check, VXS_CORRUPT, rule, layout[which].id, m->section[which]->offset + offset,
+                       text);
 }
 
 static vxs_result check_sections(map_check *m)
@@ -50,7 +52,8 @@ static vxs_result check_sections(map_check *m)
     const vxs_container_section *table = vxsi_table(m->check->data);
     for (int n = 0; n < FIRST_OPTIONAL; n++) {
         if (table[n].id != layout[n].id) /* META is last, so a table that is too short fails here */
-            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", &table[n], "not GRID, ROOT, CHNK, BRIK in order");
+            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", &table[n],
+                                     "not GRID, ROOT, CHNK, BRIK in order");
         m->section[n] = &table[n];
     }
     const vxs_container_section *next = &table[FIRST_OPTIONAL];
@@ -62,12 +65,15 @@ static vxs_result check_sections(map_check *m)
         next++;
     }
     for (int n = 0; n < KNOWN; n++) {
-        if (m->section[n] && (m->section[n]->stride != layout[n].stride || (n == GRID && m->section[n]->count != 1)))
-            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M102", m->section[n], "wrong stride, or not one GRID");
+        if (m->section[n] &&
+            (m->section[n]->stride != layout[n].stride || (n == GRID && m->section[n]->count != 1)))
+            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M102", m->section[n],
+                                     "wrong stride, or not one GRID");
     }
     for (int n = FIRST_OPTIONAL; n < KNOWN; n++) {
         if (m->section[n] && m->section[n]->count != m->section[BRIK]->count)
-            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M103", m->section[n], "not one element per brick");
+            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M103", m->section[n],
+                                     "not one element per brick");
     }
     return VXS_OK;
 }
@@ -87,7 +93,8 @@ static vxs_result check_box(const map_check *m)
     for (size_t axis = 0; axis < 3; axis++) {
         int64_t origin = grid->origin_cell[axis];
         if (origin % VXS_VOXMAP_CHUNK_CELLS != 0 || origin < -cell_limit || origin >= cell_limit)
-            return refuse_grid(m, "M202", FIELD(origin_cell) + 8 * axis, "origin_cell is no multiple of 64 within 2^44");
+            return refuse_grid(m, "M202", FIELD(origin_cell) + 8 * axis,
+                               "origin_cell is no multiple of 64 within 2^44");
     }
     for (size_t axis = 0; axis < 3; axis++) {
         if (grid->root_dims[axis] < 1)
@@ -110,12 +117,16 @@ static vxs_result check_box(const map_check *m)
     if (m->section[BRIK]->count > max_bricks)
         return vxsi_refuse_entry(m->check, VXS_LIMIT, "M206", m->section[BRIK], "more than 2^28 bricks");
     if (m->section[ROOT]->count != entries)
-        return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M207", m->section[ROOT], "not one entry per chunk of the box");
+        return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M207", m->section[ROOT],
+                                 "not one entry per chunk of the box");
     return VXS_OK;
 }
 
 /* Minus zero has a bit set, so 0 is compared as bits. */
-static int is_bits_zero(double value) { return value == 0 && !signbit(value); }
+static int is_bits_zero(double value)
+{
+    return value == 0 && !signbit(value);
+}
 
 static vxs_result check_fields(const map_check *m)
 {
@@ -132,9 +143,11 @@ static vxs_result check_fields(const map_check *m)
     double step = grid->distance_step, band = grid->distance_band, error = grid->distance_error;
     if (has_distances) {
         if (!(isfinite(step) && step >= 1e-30))
-            return refuse_grid(m, "M210", FIELD(distance_step), "distance_step is not finite, or below 1e-30");
+            return refuse_grid(m, "M210", FIELD(distance_step),
+                               "distance_step is not finite, or below 1e-30");
         if (!(isfinite(band) && band >= step && band <= 32767.0 * step))
-            return refuse_grid(m, "M210", FIELD(distance_band), "distance_band is not within 1 .. 32767 steps");
+            return refuse_grid(m, "M210", FIELD(distance_band),
+                               "distance_band is not within 1 .. 32767 steps");
         if (!(isfinite(error) && error >= 0))
             return refuse_grid(m, "M210", FIELD(distance_error), "distance_error is not finite, or negative");
     } else {
@@ -144,7 +157,8 @@ static vxs_result check_fields(const map_check *m)
         if (grid->flags & VXS_VOXMAP_FLAG_UNSIGNED)
             return refuse_grid(m, "M210", FIELD(flags), "unsigned distances without DIST");
     }
-    if (grid->surface_cells < 1) return refuse_grid(m, "M211", FIELD(surface_cells), "a map without a surface cell");
+    if (grid->surface_cells < 1)
+        return refuse_grid(m, "M211", FIELD(surface_cells), "a map without a surface cell");
     return VXS_OK;
 }
 
@@ -176,7 +190,8 @@ static vxs_result check_root(const map_check *m)
             }
         }
     }
-    if (next != m->section[CHNK]->count) return refuse_at(m, "M301", ROOT, 0, "not as many chunks as entries for them");
+    if (next != m->section[CHNK]->count)
+        return refuse_at(m, "M301", ROOT, 0, "not as many chunks as entries for them");
     for (int axis = 0; axis < 3; axis++) {
         if (least[axis] != 0 || most[axis] != dims[axis] - 1)
             return refuse_at(m, "M302", ROOT, 0, "a side of the box is free throughout");
@@ -193,12 +208,14 @@ static vxs_result check_chunks(const map_check *m)
         int uniform = entries[0] < VXS_VOXMAP_ENTRY_FIRST;
         for (uint32_t slot = 0; slot < VXS_VOXMAP_CHUNK_ENTRIES; slot++) {
             if (!take_entry(entries[slot], &next))
-                return refuse_at(m, "M303", CHNK, chunk_at + slot * 4u, "no uniform state, and not the next brick");
+                return refuse_at(m, "M303", CHNK, chunk_at + slot * 4u,
+                                 "no uniform state, and not the next brick");
             uniform = uniform && entries[slot] == entries[0];
         }
         if (uniform) return refuse_at(m, "M304", CHNK, chunk_at, "a chunk is uniform throughout");
     }
-    if (next != m->section[BRIK]->count) return refuse_at(m, "M303", CHNK, 0, "not as many bricks as entries for them");
+    if (next != m->section[BRIK]->count)
+        return refuse_at(m, "M303", CHNK, 0, "not as many bricks as entries for them");
     return VXS_OK;
 }
 
@@ -211,11 +228,13 @@ static vxs_result check_bricks(const map_check *m)
         const uint64_t *words = m->bricks + brick * VXS_VOXMAP_BRICK_WORDS;
         uint64_t brick_at = brick * VXS_VOXMAP_BRICK_WORDS * 8, differ = 0;
         for (uint32_t n = 0; n < VXS_VOXMAP_BRICK_WORDS; n++) {
-            if (words[n] & words[n] >> 1 & even_bits) return refuse_at(m, "M305", BRIK, brick_at + n * 8u, "a state is 3");
+            if (words[n] & words[n] >> 1 & even_bits)
+                return refuse_at(m, "M305", BRIK, brick_at + n * 8u, "a state is 3");
             differ |= words[n] ^ words[0];
         }
         int uniform = !differ && (words[0] == 0 || words[0] == even_bits << 1);
-        if (uniform && !has_channel) return refuse_at(m, "M306", BRIK, brick_at, "a brick is uniform throughout");
+        if (uniform && !has_channel)
+            return refuse_at(m, "M306", BRIK, brick_at, "a brick is uniform throughout");
     }
     return VXS_OK;
 }
@@ -258,7 +277,8 @@ static void count_brick(map_check *m, const uint64_t *words, const int64_t corne
 {
     uint32_t any_i = 0, any_j = 0, any_k = 0;
     for (uint32_t n = 0; n < VXS_VOXMAP_BRICK_WORDS; n++) {
-        uint64_t surface = words[n] & even_bits, interior = words[n] >> 1 & even_bits, used = surface | interior;
+        uint64_t surface = words[n] & even_bits, interior = words[n] >> 1 & even_bits,
+                 used = surface | interior;
         m->surface += ones(surface);
         m->interior += ones(interior);
         if (!used) continue;
@@ -284,9 +304,11 @@ static void count_chunk(map_check *m, uint32_t chunk, const int64_t corner[3])
         int64_t low[3] = {corner[0] + (int64_t)(slot >> 6) * 8, corner[1] + (int64_t)(slot >> 3 & 7u) * 8,
                           corner[2] + (int64_t)(slot & 7u) * 8};
         uint32_t entry = entries[slot];
-        if (entry == VXS_CELL_INTERIOR) count_cube(m, low, VXS_VOXMAP_BRICK_CELLS);
+        if (entry == VXS_CELL_INTERIOR)
+            count_cube(m, low, VXS_VOXMAP_BRICK_CELLS);
         else if (entry >= VXS_VOXMAP_ENTRY_FIRST)
-            count_brick(m, m->bricks + (uint64_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_BRICK_WORDS, low);
+            count_brick(m, m->bricks + (uint64_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_BRICK_WORDS,
+                        low);
     }
 }
 
@@ -303,8 +325,10 @@ static vxs_result check_counts(map_check *m)
             for (uint32_t k = 0; k < grid->root_dims[2]; k++, index++) {
                 int64_t corner[3] = {(int64_t)i * 64, (int64_t)j * 64, (int64_t)k * 64};
                 uint32_t entry = m->root[index];
-                if (entry == VXS_CELL_INTERIOR) count_cube(m, corner, VXS_VOXMAP_CHUNK_CELLS);
-                else if (entry >= VXS_VOXMAP_ENTRY_FIRST) count_chunk(m, entry - VXS_VOXMAP_ENTRY_FIRST, corner);
+                if (entry == VXS_CELL_INTERIOR)
+                    count_cube(m, corner, VXS_VOXMAP_CHUNK_CELLS);
+                else if (entry >= VXS_VOXMAP_ENTRY_FIRST)
+                    count_chunk(m, entry - VXS_VOXMAP_ENTRY_FIRST, corner);
             }
         }
     }
@@ -318,7 +342,8 @@ static vxs_result check_counts(map_check *m)
     }
     for (size_t axis = 0; axis < 3; axis++) {
         if (grid->bbox_max[axis] != grid->origin_cell[axis] + m->max[axis])
-            return refuse_grid(m, "M308", FIELD(bbox_max) + 8 * axis, "not the greatest cell that is not free");
+            return refuse_grid(m, "M308", FIELD(bbox_max) + 8 * axis,
+                               "not the greatest cell that is not free");
     }
     return VXS_OK;
 }
@@ -346,10 +371,12 @@ static vxs_result check_channels(const map_check *m)
     for (uint64_t n = 0; distances && n < cells; n++) {
         int value = distances[n];
         uint32_t state = state_of(m, n);
-        int fits = is_unsigned ? value >= 0
-                               : (state != VXS_CELL_FREE || value >= 0) && (state != VXS_CELL_INTERIOR || value <= 0);
+        int fits = is_unsigned
+                       ? value >= 0
+                       : (state != VXS_CELL_FREE || value >= 0) && (state != VXS_CELL_INTERIOR || value <= 0);
         if (!fits || !(fabs((double)value) * m->grid->distance_step <= m->grid->distance_band))
-            return refuse_at(m, "M402", KNOWN - 1, n * 2, "a distance exceeds the band or has the wrong sign");
+            return refuse_at(m, "M402", KNOWN - 1, n * 2,
+                             "a distance exceeds the band or has the wrong sign");
     }
     return VXS_OK;
 }

@@ -31,7 +31,8 @@ static vxs_result give(vxs_result result, const vxsi_check *check, vxs_asset *ou
     return result;
 }
 
-static vxs_result fail(vxs_result result, const char *text, int system_error, vxs_asset *out, vxs_asset_issue *issue)
+static vxs_result fail(vxs_result result, const char *text, int system_error, vxs_asset *out,
+                       vxs_asset_issue *issue)
 {
     vxsi_check check = {0};
     check.issue.text = text;
@@ -94,7 +95,8 @@ static void *take_bytes(int fd, size_t size, uint32_t mode)
     return memory;
 }
 
-vxs_result vxs_asset_open(const char *path, const vxs_asset_config *given, vxs_asset *out, vxs_asset_issue *issue)
+vxs_result vxs_asset_open(const char *path, const vxs_asset_config *given, vxs_asset *out,
+                          vxs_asset_issue *issue)
 {
     if (!out) return VXS_PARAM;
     vxs_asset_config config;
@@ -127,8 +129,10 @@ vxs_result vxs_asset_open(const char *path, const vxs_asset_config *given, vxs_a
 
     vxsi_check check = {.data = bytes, .size = size, .skip_checksums = config.skip_checksums != 0};
     result = give(vxsi_check_asset(&check, config.kind, out), &check, out, issue);
-    if (result == VXS_OK) out->mapped_size = size;
-    else munmap(bytes, size);
+    if (result == VXS_OK)
+        out->mapped_size = size;
+    else
+        munmap(bytes, size);
     return result;
 }
 

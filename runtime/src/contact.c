@@ -31,7 +31,10 @@ typedef struct evaluation {
     double depth;
 } evaluation;
 
-static double dot(const double a[3], const double b[3]) { return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]; }
+static double dot(const double a[3], const double b[3])
+{
+    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
+}
 
 static void rotate(const double r[9], const double v[3], double out[3])
 {
@@ -47,8 +50,8 @@ static void rotate_back(const double r[9], const double v[3], double out[3])
 }
 
 /* inverse(map_pose) o pose, then to the box's corner. Returns 0 for a bad pose. */
-static int place_shell(const vxs_voxmap *map, const vxs_pose *map_pose, double map_rotation[9], const vxs_pose *pose,
-                       placement *place)
+static int place_shell(const vxs_voxmap *map, const vxs_pose *map_pose, double map_rotation[9],
+                       const vxs_pose *pose, placement *place)
 {
     static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     double turn[9], offset[3];
@@ -68,7 +71,8 @@ static int place_shell(const vxs_voxmap *map, const vxs_pose *map_pose, double m
             }
         }
     }
-    for (int i = 0; i < 3; i++) place->corner_to_shell[i] = offset[i] - map->voxel * (double)map->origin_cell[i];
+    for (int i = 0; i < 3; i++)
+        place->corner_to_shell[i] = offset[i] - map->voxel * (double)map->origin_cell[i];
     return 1;
 }
 
@@ -159,8 +163,10 @@ static uint32_t split_patches(evaluation *e, vxs_contact_scratch *scratch)
         shell_normal(e->shell, scratch->hits[n].point, own);
         uint32_t patch = 0;
         while (patch < patches && dot(seed[patch], own) < patch_cosine) patch++;
-        if (patch == VXS_CONTACT_MAX_PATCHES) patch--;
-        else if (patch == patches) memcpy(seed[patches++], own, sizeof own);
+        if (patch == VXS_CONTACT_MAX_PATCHES)
+            patch--;
+        else if (patch == patches)
+            memcpy(seed[patches++], own, sizeof own);
         scratch->patch[n] = (uint8_t)patch;
     }
     return patches;
@@ -226,13 +232,14 @@ vxs_result vxs_contact_config_check(const vxs_contact_config *config)
 }
 
 uint32_t vxs_contact_evaluate(const vxs_voxmap *map, const vxs_pose *map_pose, const vxs_pointshell *shell,
-                              const vxs_pose *pose, const vxs_contact_config *config, vxs_contact_scratch *scratch,
-                              vxs_contact_result *result)
+                              const vxs_pose *pose, const vxs_contact_config *config,
+                              vxs_contact_scratch *scratch, vxs_contact_result *result)
 {
     memset(result, 0, sizeof *result);
     double map_rotation[9];
     evaluation e = {.map = map, .shell = shell, .config = config, .scratch = scratch};
-    if (vxs_contact_config_check(config) != VXS_OK || !place_shell(map, map_pose, map_rotation, pose, &e.place))
+    if (vxs_contact_config_check(config) != VXS_OK ||
+        !place_shell(map, map_pose, map_rotation, pose, &e.place))
         return result->flags = VXS_CONTACT_INVALID;
     if (!meets_box(map, shell, &e.place)) return result->flags = VXS_CONTACT_OUT_OF_MAP;
 
@@ -248,9 +255,12 @@ uint32_t vxs_contact_evaluate(const vxs_voxmap *map, const vxs_pose *map_pose, c
 
     int has_mean = mean_normal(&e, -1, result->normal);
     result->patches = 1;
-    if (config->law == VXS_CONTACT_ORIGINAL) add_hits(&e, -1, NULL);
-    else if (has_mean) add_hits(&e, -1, result->normal);
-    else add_patches(&e, scratch, result);
+    if (config->law == VXS_CONTACT_ORIGINAL)
+        add_hits(&e, -1, NULL);
+    else if (has_mean)
+        add_hits(&e, -1, result->normal);
+    else
+        add_patches(&e, scratch, result);
     give_wrench(&e, map_rotation, result);
     return result->flags;
 }

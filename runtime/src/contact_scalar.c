@@ -8,7 +8,8 @@ void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const
                        vxs_contact_scratch *scratch)
 {
     const float *m = motion->m, *b = motion->b;
-    const float extent[3] = {(float)map->cells[0], (float)map->cells[1], (float)map->cells[2]}; /* exact: <= 2^20 */
+    const float extent[3] = {(float)map->cells[0], (float)map->cells[1],
+                             (float)map->cells[2]}; /* exact: <= 2^20 */
     for (uint32_t point = 0; point < shell->point_count; point++) {
         float x = shell->x[point], y = shell->y[point], z = shell->z[point];
         float u0 = ((m[0] * x + m[1] * y) + m[2] * z) + b[0];

@@ -18,11 +18,15 @@ void vxs_contact_config_default(vxs_contact_config *config)
     config->stiffness = 1000;
 }
 
-static size_t round_up(size_t size) { return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT; }
+static size_t round_up(size_t size)
+{
+    return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
 
 size_t vxs_contact_memory(uint32_t point_count)
 {
-    return round_up(sizeof(vxs_contact_scratch)) + (size_t)point_count * sizeof(vxsi_hit) + round_up(point_count);
+    return round_up(sizeof(vxs_contact_scratch)) + (size_t)point_count * sizeof(vxsi_hit) +
+           round_up(point_count);
 }
 
 vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count, vxs_contact_scratch **out)

@@ -14,15 +14,21 @@ static int is_finite(const vxs_wrench *wrench)
     return isfinite(sum);
 }
 
-void vxs_coupling_reset(vxs_coupling *coupling, const vxs_pose *device) { coupling->ops->reset(coupling, device); }
+void vxs_coupling_reset(vxs_coupling *coupling, const vxs_pose *device)
+{
+    coupling->ops->reset(coupling, device);
+}
 
 void vxs_coupling_pose(const vxs_coupling *coupling, const vxs_pose *device, vxs_pose *object)
 {
-    if (coupling->ops->pose) coupling->ops->pose(coupling, object);
-    else *object = *device;
+    if (coupling->ops->pose)
+        coupling->ops->pose(coupling, object);
+    else
+        *object = *device;
 }
 
-uint32_t vxs_coupling_step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_pose *device, vxs_wrench *out)
+uint32_t vxs_coupling_step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_pose *device,
+                           vxs_wrench *out)
 {
     double rotation[9];
     if (is_finite(contact) && vxs_pose_rotation(device, rotation)) {

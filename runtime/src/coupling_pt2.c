@@ -11,7 +11,10 @@
 
 static const double smallest = 1e-150;
 
-static double without_denormals(double value) { return fabs(value) < smallest ? 0 : value; }
+static double without_denormals(double value)
+{
+    return fabs(value) < smallest ? 0 : value;
+}
 
 static double filter_axis(const vxsi_pt2 *pt2, double state[2], double input)
 {

@@ -11,12 +11,16 @@ enum { ALIGNMENT = 16 };
 
 static const double pi = 3.14159265358979323846;
 
-static int is_positive(double value) { return isfinite(value) && value > 0; }
+static int is_positive(double value)
+{
+    return isfinite(value) && value > 0;
+}
 
 static vxs_result check_damping(const vxs_coupling_config *config)
 {
-    return config->damping >= VXS_COUPLING_MIN_DAMPING && config->damping <= VXS_COUPLING_MAX_DAMPING ? VXS_OK
-                                                                                                      : VXS_DAMPING;
+    return config->damping >= VXS_COUPLING_MIN_DAMPING && config->damping <= VXS_COUPLING_MAX_DAMPING
+               ? VXS_OK
+               : VXS_DAMPING;
 }
 
 static vxs_result check_none(const vxs_coupling_config *config)
@@ -129,8 +133,8 @@ void vxs_coupling_config_default(vxs_coupling_config *config)
     config->radius = 0.02;
 }
 
-vxs_result vxs_coupling_from_impedance(vxs_coupling_config *config, double stiffness, double damping, double mass,
-                                       int physical_gain)
+vxs_result vxs_coupling_from_impedance(vxs_coupling_config *config, double stiffness, double damping,
+                                       double mass, int physical_gain)
 {
     if (!config) return VXS_PARAM;
     if (!is_positive(stiffness) || !is_positive(damping) || !is_positive(mass)) return VXS_IMPEDANCE;
@@ -147,7 +151,8 @@ vxs_result vxs_coupling_config_check(const vxs_coupling_config *config)
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
     const coupling_kind *kind = find_kind(config->kind);
     if (!kind) return VXS_PARAM;
-    if (!(config->sample_time >= VXS_COUPLING_MIN_SAMPLE_TIME && config->sample_time <= VXS_COUPLING_MAX_SAMPLE_TIME))
+    if (!(config->sample_time >= VXS_COUPLING_MIN_SAMPLE_TIME &&
+          config->sample_time <= VXS_COUPLING_MAX_SAMPLE_TIME))
         return VXS_SAMPLE_TIME;
     return kind->check(config);
 }
@@ -168,7 +173,10 @@ vxs_result vxs_coupling_design(const vxs_coupling_config *config, vxs_coupling_c
     return VXS_OK;
 }
 
-size_t vxs_coupling_memory(void) { return (sizeof(vxs_coupling) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT; }
+size_t vxs_coupling_memory(void)
+{
+    return (sizeof(vxs_coupling) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
 
 vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupling_config *config, vxs_coupling **out)
 {

@@ -17,7 +17,8 @@ static void turn_between(const double q[4], const double to[4], double turn[3])
     double sign = w < 0 ? -2 : 2;
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        turn[i] = sign * (((to[1 + i] * q[0] - to[0] * q[1 + i]) - to[1 + j] * q[1 + k]) + to[1 + k] * q[1 + j]);
+        turn[i] =
+            sign * (((to[1 + i] * q[0] - to[0] * q[1 + i]) - to[1 + j] * q[1 + k]) + to[1 + k] * q[1 + j]);
     }
 }
 
@@ -48,11 +49,14 @@ static void reset(vxs_coupling *coupling, const vxs_pose *device)
     memset(s->angular_velocity, 0, sizeof s->angular_velocity);
 }
 
-static void pose(const vxs_coupling *coupling, vxs_pose *object) { *object = coupling->as.spring_damper.object; }
+static void pose(const vxs_coupling *coupling, vxs_pose *object)
+{
+    *object = coupling->as.spring_damper.object;
+}
 
 /* Velocity at the end of the sample; stretch and rate: from the body to the device. */
-static double next_velocity(const vxsi_spring_damper *s, double velocity, double stretch, double device_velocity,
-                            double push, double inertia_scale)
+static double next_velocity(const vxsi_spring_damper *s, double velocity, double stretch,
+                            double device_velocity, double push, double inertia_scale)
 {
     double t = s->sample_time, m = s->mass;
     double drive = (s->stiffness * stretch + s->viscosity * device_velocity) + push / inertia_scale;

@@ -35,8 +35,8 @@ static uint32_t load32(const uint8_t *bytes)
 
 static uint32_t four(uint32_t table[SLICES][256], int last, uint32_t word)
 {
-    return table[last + 3][word & 0xFFu] ^ table[last + 2][word >> 8 & 0xFFu] ^ table[last + 1][word >> 16 & 0xFFu] ^
-           table[last][word >> 24];
+    return table[last + 3][word & 0xFFu] ^ table[last + 2][word >> 8 & 0xFFu] ^
+           table[last + 1][word >> 16 & 0xFFu] ^ table[last][word >> 24];
 }
 
 uint32_t vxsi_crc32(const uint8_t *data, size_t size)
@@ -54,4 +54,7 @@ uint32_t vxsi_crc32(const uint8_t *data, size_t size)
     return ~crc;
 }
 
-uint32_t vxs_asset_crc32(const void *data, size_t size) { return vxsi_crc32(data, size); }
+uint32_t vxs_asset_crc32(const void *data, size_t size)
+{
+    return vxsi_crc32(data, size);
+}

@@ -4,9 +4,15 @@
  */
 #include "voxshell/device.h"
 
-vxs_result vxs_device_arm(vxs_device *device) { return device ? device->ops->arm(device->self) : VXS_PARAM; }
+vxs_result vxs_device_arm(vxs_device *device)
+{
+    return device ? device->ops->arm(device->self) : VXS_PARAM;
+}
 
-vxs_result vxs_device_disarm(vxs_device *device) { return device ? device->ops->disarm(device->self) : VXS_PARAM; }
+vxs_result vxs_device_disarm(vxs_device *device)
+{
+    return device ? device->ops->disarm(device->self) : VXS_PARAM;
+}
 
 void vxs_device_close(vxs_device *device)
 {

@@ -4,8 +4,9 @@
 const char *vxs_result_name(vxs_result result)
 {
     switch (result) {
-#define NAME(name, value, text)                                                                    \
-    case VXS_##name: return "VXS_" #name;
+#define NAME(name, value, text)                                                                              \
+    case VXS_##name:                                                                                         \
+        return "VXS_" #name;
         VXS_RESULT_LIST(NAME)
 #undef NAME
     }
@@ -15,8 +16,9 @@ const char *vxs_result_name(vxs_result result)
 const char *vxs_result_text(vxs_result result)
 {
     switch (result) {
-#define TEXT(name, value, text)                                                                    \
-    case VXS_##name: return text;
+#define TEXT(name, value, text)                                                                              \
+    case VXS_##name:                                                                                         \
+        return text;
         VXS_RESULT_LIST(TEXT)
 #undef TEXT
     }

@@ -25,8 +25,14 @@ void vxs_servo_config_default(vxs_servo_config *config)
     config->decay_time = 0.01;
 }
 
-static int is_positive(double value) { return isfinite(value) && value > 0; }
-static int is_time(double value) { return value >= 0 && value <= 3600; }
+static int is_positive(double value)
+{
+    return isfinite(value) && value > 0;
+}
+static int is_time(double value)
+{
+    return value >= 0 && value <= 3600;
+}
 
 vxs_result vxs_servo_config_check(const vxs_servo_config *config)
 {
@@ -46,12 +52,16 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
     return result == VXS_OK ? vxs_coupling_config_check(&config->coupling) : result;
 }
 
-static size_t round_up(size_t size) { return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT; }
+static size_t round_up(size_t size)
+{
+    return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
 
 size_t vxs_servo_memory(const vxs_servo_config *config)
 {
     if (!config || !config->map || !config->shell) return 0;
-    return round_up(sizeof(vxs_servo)) + vxs_coupling_memory() + vxs_contact_memory(config->shell->point_count);
+    return round_up(sizeof(vxs_servo)) + vxs_coupling_memory() +
+           vxs_contact_memory(config->shell->point_count);
 }
 
 /* The device's tip in the shell's frame: -R^T position of the grip. */
@@ -87,8 +97,8 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     result = vxs_coupling_init(bytes, vxs_coupling_memory(), &config->coupling, &servo->coupling);
     bytes += vxs_coupling_memory();
     if (result == VXS_OK)
-        result = vxs_contact_init(bytes, vxs_contact_memory(config->shell->point_count), config->shell->point_count,
-                                  &servo->scratch);
+        result = vxs_contact_init(bytes, vxs_contact_memory(config->shell->point_count),
+                                  config->shell->point_count, &servo->scratch);
     if (result == VXS_OK) *out = servo;
     return result;
 }

@@ -14,16 +14,16 @@ struct vxs_servo {
     vxs_servo_config config; /* defaults resolved */
     vxs_contact_scratch *scratch;
     vxs_coupling *coupling;
-    double mount[9];     /* rotation device -> scene */
+    double mount[9]; /* rotation device -> scene */
     int64_t hold_ns, decay_ns, sample_ns;
-    uint32_t phase;      /* VXSI_SERVO_IS_* */
+    uint32_t phase; /* VXSI_SERVO_IS_* */
     uint32_t has_fault;
     uint32_t has_last;
     uint64_t tick;
     uint64_t last_sequence;
     int64_t last_time_ns, last_news_ns; /* of the last tick; of the last new measurement */
-    double gain;         /* of the ramp */
-    vxs_wrench shaped;   /* last after slew and clamp, device frame */
+    double gain;                        /* of the ramp */
+    vxs_wrench shaped;                  /* last after slew and clamp, device frame */
     vxs_device_command command;
 };
 

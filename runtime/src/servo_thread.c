@@ -49,7 +49,10 @@ void vxs_servo_thread_config_default(vxs_servo_thread_config *config)
     config->rate_hz = 1000;
 }
 
-size_t vxs_servo_thread_memory(void) { return sizeof(vxs_servo_thread); }
+size_t vxs_servo_thread_memory(void)
+{
+    return sizeof(vxs_servo_thread);
+}
 
 static int64_t now_ns(void)
 {
@@ -60,8 +63,10 @@ static int64_t now_ns(void)
 
 static void sleep_until(int64_t time_ns)
 {
-    struct timespec time = {.tv_sec = (time_t)(time_ns / 1000000000), .tv_nsec = (long)(time_ns % 1000000000)};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL) == EINTR) {}
+    struct timespec time = {.tv_sec = (time_t)(time_ns / 1000000000),
+                            .tv_nsec = (long)(time_ns % 1000000000)};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, NULL) == EINTR) {
+    }
 }
 
 /* One writer: no read-modify-write is needed. */
@@ -91,7 +96,8 @@ static void ask_for_scheduling(vxs_servo_thread *t)
             atomic_store(&t->is_realtime, 1);
             text = "SCHED_FIFO";
         } else {
-            text = "default scheduler: SCHED_FIFO is not allowed (raise rtprio in limits.conf, or grant CAP_SYS_NICE)";
+            text = "default scheduler: SCHED_FIFO is not allowed (raise rtprio in limits.conf, or grant "
+                   "CAP_SYS_NICE)";
         }
     }
     atomic_store(&t->scheduling_text, text);
@@ -144,8 +150,8 @@ static void *run(void *argument)
     memset(&command, 0, sizeof command);
     int64_t next = now_ns() + t->period_ns;
     uint64_t max_ticks = t->config.max_ticks;
-    for (uint64_t tick = 0; !atomic_load_explicit(&t->stop, memory_order_relaxed) && (!max_ticks || tick < max_ticks);
-         tick++) {
+    for (uint64_t tick = 0;
+         !atomic_load_explicit(&t->stop, memory_order_relaxed) && (!max_ticks || tick < max_ticks); tick++) {
         sleep_until(next);
         int64_t woken = now_ns();
         note(&t->lateness, woken - next);
@@ -210,7 +216,10 @@ void vxs_servo_thread_get(const vxs_servo_thread *t, vxs_servo_thread_status *st
     copy_histogram(&t->work, &status->work);
 }
 
-void vxs_servo_thread_request_stop(vxs_servo_thread *t) { atomic_store_explicit(&t->stop, 1, memory_order_relaxed); }
+void vxs_servo_thread_request_stop(vxs_servo_thread *t)
+{
+    atomic_store_explicit(&t->stop, 1, memory_order_relaxed);
+}
 
 void vxs_servo_thread_stop(vxs_servo_thread *t)
 {

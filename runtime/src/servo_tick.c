@@ -7,7 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-static int is_finite(const double v[3]) { return isfinite(fabs(v[0]) + fabs(v[1]) + fabs(v[2])); }
+static int is_finite(const double v[3])
+{
+    return isfinite(fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
+}
 
 /* The tip in the scene: mount o (scale position, orientation). Returns 0 if not finite. */
 static int scene_pose(const vxs_servo *servo, const vxs_device_state *state, vxs_pose *tip)
@@ -25,7 +28,10 @@ static void to_device_frame(const vxs_servo *servo, const double v[3], double ou
 }
 
 /* Sums and differences of such times cannot overflow. */
-static int is_time(int64_t time_ns) { return time_ns >= 0 && time_ns < INT64_MAX / 4; }
+static int is_time(int64_t time_ns)
+{
+    return time_ns >= 0 && time_ns < INT64_MAX / 4;
+}
 
 /* Missed ticks and a silent link: what they cost in gain, and whether the device counts as lost. */
 static uint32_t watch_clock(vxs_servo *servo, const vxs_device_state *state, int64_t now_ns)
@@ -61,7 +67,8 @@ static int slew(double last[3], const double wanted[3], double most)
 {
     double way[3] = {wanted[0] - last[0], wanted[1] - last[1], wanted[2] - last[2]};
     double factor = vxs_device_clamp_factor(way, most);
-    for (int axis = 0; axis < 3; axis++) last[axis] = factor < 1 ? last[axis] + factor * way[axis] : wanted[axis];
+    for (int axis = 0; axis < 3; axis++)
+        last[axis] = factor < 1 ? last[axis] + factor * way[axis] : wanted[axis];
     return factor < 1;
 }
 
@@ -99,15 +106,17 @@ static uint32_t shape(vxs_servo *servo, const vxs_wrench *output)
 static uint32_t feel(vxs_servo *servo, const vxs_pose *tip, int is_armed, vxs_contact_result *contact,
                      vxs_wrench *output)
 {
-    if (!is_armed) servo->phase = VXSI_SERVO_IS_OFF;
-    else if (servo->phase == VXSI_SERVO_IS_OFF) servo->phase = VXSI_SERVO_IS_BLOCKED;
+    if (!is_armed)
+        servo->phase = VXSI_SERVO_IS_OFF;
+    else if (servo->phase == VXSI_SERVO_IS_OFF)
+        servo->phase = VXSI_SERVO_IS_BLOCKED;
     if (servo->phase != VXSI_SERVO_IS_LIVE) rest(servo, tip);
 
     vxs_pose body, object;
     vxs_coupling_pose(servo->coupling, tip, &body);
     if (!vxs_pose_compose(&body, &servo->config.grip, &object)) return VXS_SERVO_FAULT;
-    uint32_t flags = vxs_contact_evaluate(servo->config.map, &servo->config.map_pose, servo->config.shell, &object,
-                                          &servo->config.contact, servo->scratch, contact);
+    uint32_t flags = vxs_contact_evaluate(servo->config.map, &servo->config.map_pose, servo->config.shell,
+                                          &object, &servo->config.contact, servo->scratch, contact);
     if (flags & VXS_CONTACT_INVALID) return flags | VXS_SERVO_FAULT;
     if (!is_armed) return flags | VXS_SERVO_OFF;
     if (servo->phase == VXSI_SERVO_IS_BLOCKED) {
@@ -137,7 +146,8 @@ uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_dev
         flags |= feel(servo, &tip, is_armed, &contact, &output);
         if (flags & VXS_SERVO_FAULT) servo->has_fault = 1;
     }
-    if (!is_finite(servo->command.wrench.force) || !is_finite(servo->command.wrench.torque)) servo->has_fault = 1;
+    if (!is_finite(servo->command.wrench.force) || !is_finite(servo->command.wrench.torque))
+        servo->has_fault = 1;
     if (servo->has_fault) {
         flags |= VXS_SERVO_FAULT;
         servo->phase = VXSI_SERVO_IS_OFF;

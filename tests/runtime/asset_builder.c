@@ -63,7 +63,10 @@ vxs_container_section *built_entry(const built_asset *asset, uint32_t id)
     CHECK_FAIL("no such section");
 }
 
-void *built_bytes(const built_asset *asset, uint32_t id) { return asset->data + built_entry(asset, id)->offset; }
+void *built_bytes(const built_asset *asset, uint32_t id)
+{
+    return asset->data + built_entry(asset, id)->offset;
+}
 
 typedef struct part {
     uint32_t id, stride;
@@ -130,15 +133,18 @@ static uint32_t make_brick(map_maker *m, const int64_t corner[3])
     int8_t layers[512];
     int16_t distances[512];
     for (int cell = 0; cell < 512; cell++) {
-        uint32_t state = state_at(m, corner[0] + (cell >> 6), corner[1] + (cell >> 3 & 7), corner[2] + (cell & 7));
+        uint32_t state =
+            state_at(m, corner[0] + (cell >> 6), corner[1] + (cell >> 3 & 7), corner[2] + (cell & 7));
         words[cell / 32] |= (uint64_t)state << (cell % 32 * 2);
         is_uniform = is_uniform && state == first;
         m->grid.surface_cells += state == VXS_CELL_SURFACE;
         m->grid.interior_cells += state == VXS_CELL_INTERIOR;
-        layers[cell] = (int8_t)(state == VXS_CELL_SURFACE ? 0 : state == VXS_CELL_FREE ? 1 + cell % 3 : -1 - cell % 3);
+        layers[cell] = (int8_t)(state == VXS_CELL_SURFACE ? 0
+                                : state == VXS_CELL_FREE  ? 1 + cell % 3
+                                                          : -1 - cell % 3);
         distances[cell] = (int16_t)(state == VXS_CELL_SURFACE ? cell % 5 - 2
-                                    : state == VXS_CELL_FREE ? 3 + cell % 4
-                                                             : -3 - cell % 4);
+                                    : state == VXS_CELL_FREE  ? 3 + cell % 4
+                                                              : -3 - cell % 4);
         if (state == VXS_CELL_FREE) continue;
         int64_t at[3] = {corner[0] + (cell >> 6), corner[1] + (cell >> 3 & 7), corner[2] + (cell & 7)};
         for (int axis = 0; axis < 3; axis++) {
@@ -163,7 +169,8 @@ static uint32_t make_chunk(map_maker *m, const int64_t corner[3])
     uint32_t entries[512];
     int is_uniform = 1;
     for (int slot = 0; slot < 512; slot++) {
-        int64_t at[3] = {corner[0] + (slot >> 6) * 8, corner[1] + (slot >> 3 & 7) * 8, corner[2] + (slot & 7) * 8};
+        int64_t at[3] = {corner[0] + (slot >> 6) * 8, corner[1] + (slot >> 3 & 7) * 8,
+                         corner[2] + (slot & 7) * 8};
         entries[slot] = make_brick(m, at);
         is_uniform = is_uniform && entries[slot] < 4 && entries[slot] == entries[0];
     }
@@ -175,7 +182,10 @@ static uint32_t make_chunk(map_maker *m, const int64_t corner[3])
     return (uint32_t)(4 + n);
 }
 
-static int64_t floor_64(int64_t cell) { return (cell >= 0 ? cell / 64 : -((-cell + 63) / 64)) * 64; }
+static int64_t floor_64(int64_t cell)
+{
+    return (cell >= 0 ? cell / 64 : -((-cell + 63) / 64)) * 64;
+}
 
 built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[3], built_cells *cells,
                          const void *shape, int channels)
@@ -195,7 +205,8 @@ built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[
     CHECK(m.root != NULL);
     for (size_t n = 0; n < entries; n++) {
         int64_t at[3] = {(int64_t)(n / m.grid.root_dims[2] / m.grid.root_dims[1]),
-                         (int64_t)(n / m.grid.root_dims[2] % m.grid.root_dims[1]), (int64_t)(n % m.grid.root_dims[2])};
+                         (int64_t)(n / m.grid.root_dims[2] % m.grid.root_dims[1]),
+                         (int64_t)(n % m.grid.root_dims[2])};
         for (int axis = 0; axis < 3; axis++) at[axis] = m.grid.origin_cell[axis] + 64 * at[axis];
         m.root[n] = make_chunk(&m, at);
     }
@@ -212,8 +223,10 @@ built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[
         {VXS_VOXMAP_SECTION_BRIK, 128, m.brick_count, m.bricks},
     };
     uint32_t count = 4;
-    if (channels & BUILT_LAYERS) parts[count++] = (part){VXS_VOXMAP_SECTION_LAYR, 512, m.brick_count, m.layers};
-    if (channels & BUILT_DISTANCES) parts[count++] = (part){VXS_VOXMAP_SECTION_DIST, 1024, m.brick_count, m.distances};
+    if (channels & BUILT_LAYERS)
+        parts[count++] = (part){VXS_VOXMAP_SECTION_LAYR, 512, m.brick_count, m.layers};
+    if (channels & BUILT_DISTANCES)
+        parts[count++] = (part){VXS_VOXMAP_SECTION_DIST, 1024, m.brick_count, m.distances};
     parts[count++] = (part){VXS_SECTION_META, 1, 2, "{}"};
     built_asset asset = assemble(VXS_VOXMAP_MAGIC, parts, count);
     free(m.root);
@@ -274,7 +287,8 @@ static uint32_t slot_cell(const void *shape, int64_t i, int64_t j, int64_t k)
 
 built_asset build_slot_map(double voxel, const built_slot *slot)
 {
-    int64_t low[3] = {-slot->reach, -slot->reach, slot->low}, high[3] = {slot->reach, slot->reach, slot->high};
+    int64_t low[3] = {-slot->reach, -slot->reach, slot->low},
+            high[3] = {slot->reach, slot->reach, slot->high};
     return build_voxmap(voxel, low, high, slot_cell, slot, BUILT_PLAIN);
 }
 
@@ -369,8 +383,8 @@ static vxs_asset open_asset(const built_asset *bytes, uint32_t kind)
     config.kind = kind;
     vxs_result result = vxs_asset_from_memory(bytes->data, bytes->size, &config, &asset, &issue);
     if (result != VXS_OK)
-        CHECK_FAIL("%s %c%u at %llu: %s", vxs_result_name(result), issue.letter ? issue.letter : '-', issue.rule,
-                   (unsigned long long)issue.offset, issue.text);
+        CHECK_FAIL("%s %c%u at %llu: %s", vxs_result_name(result), issue.letter ? issue.letter : '-',
+                   issue.rule, (unsigned long long)issue.offset, issue.text);
     return asset;
 }
 

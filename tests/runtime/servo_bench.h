@@ -47,7 +47,8 @@ static inline void bench_open(servo_bench *b)
     size_t size = (vxs_servo_memory(&b->servo_config) + 63) / 64 * 64;
     b->servo_memory = aligned_alloc(64, size);
     CHECK(b->device_memory && b->servo_memory);
-    CHECK_INT(vxs_simulated_open(b->device_memory, vxs_simulated_memory(), &b->device_config, &b->device), VXS_OK);
+    CHECK_INT(vxs_simulated_open(b->device_memory, vxs_simulated_memory(), &b->device_config, &b->device),
+              VXS_OK);
     CHECK_INT(vxs_servo_init(b->servo_memory, size, &b->servo_config, &b->servo), VXS_OK);
 }
 

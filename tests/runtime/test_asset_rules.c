@@ -21,7 +21,10 @@
 static built_asset plain_map, channel_map, shell;
 static int cases;
 
-static built_asset fresh(const built_asset *from) { return built_prefix(from, from->size); }
+static built_asset fresh(const built_asset *from)
+{
+    return built_prefix(from, from->size);
+}
 
 static void refused(const built_asset *asset, vxs_result expected, const char *rule, const char *section,
                     int64_t offset)
@@ -41,25 +44,27 @@ static void refused(const built_asset *asset, vxs_result expected, const char *r
 }
 
 /* Damage a copy, make the checksums right, expect the refusal. at: relative to the section. */
-#define CASE(from, damage, result, rule, section, at)                                              \
-    do {                                                                                           \
-        built_asset one = fresh(from), *a = &one;                                                  \
-        damage;                                                                                    \
-        built_seal(a);                                                                             \
-        int64_t base = strcmp(section, "HEAD") == 0 || strcmp(section, "TABL") == 0                \
-                           ? 0                                                                     \
-                           : (int64_t)built_entry(from, VXS_SECTION_ID(section[0], section[1], section[2], section[3]))->offset; \
-        refused(a, VXS_##result, rule, section, base + (int64_t)(at));                             \
-        built_free(a);                                                                             \
+#define CASE(from, damage, result, rule, section, at)                                                        \
+    do {                                                                                                     \
+        built_asset one = fresh(from), *a = &one;                                                            \
+        damage;                                                                                              \
+        built_seal(a);                                                                                       \
+        int64_t base =                                                                                       \
+            strcmp(section, "HEAD") == 0 || strcmp(section, "TABL") == 0                                     \
+                ? 0                                                                                          \
+                : (int64_t)built_entry(from, VXS_SECTION_ID(section[0], section[1], section[2], section[3])) \
+                      ->offset;                                                                              \
+        refused(a, VXS_##result, rule, section, base + (int64_t)(at));                                       \
+        built_free(a);                                                                                       \
     } while (0)
 
 /* The same without sealing. */
-#define RAW(from, damage, result, rule, section, at)                                               \
-    do {                                                                                           \
-        built_asset one = fresh(from), *a = &one;                                                  \
-        damage;                                                                                    \
-        refused(a, VXS_##result, rule, section, (int64_t)(at));                                    \
-        built_free(a);                                                                             \
+#define RAW(from, damage, result, rule, section, at)                                                         \
+    do {                                                                                                     \
+        built_asset one = fresh(from), *a = &one;                                                            \
+        damage;                                                                                              \
+        refused(a, VXS_##result, rule, section, (int64_t)(at));                                              \
+        built_free(a);                                                                                       \
     } while (0)
 
 #define HEAD_AT(field) offsetof(vxs_container_header, field)
@@ -96,10 +101,12 @@ static void check_container(void)
     CASE(m, TABLE(a)[2].stride = 0, CORRUPT, "C202", "TABL", TABL_AT(2, stride));
     CASE(m, TABLE(a)[2].count = 0, CORRUPT, "C202", "TABL", TABL_AT(2, count));
     CASE(m, TABLE(a)[2].size += 1, CORRUPT, "C202", "TABL", TABL_AT(2, size));
-    CASE(m, TABLE(a)[2].count += (uint64_t)1 << 53, CORRUPT, "C202", "TABL", TABL_AT(2, size)); /* x 2048 wraps to the same */
+    CASE(m, TABLE(a)[2].count += (uint64_t)1 << 53, CORRUPT, "C202", "TABL",
+         TABL_AT(2, size)); /* x 2048 wraps to the same */
     CASE(m, TABLE(a)[1].offset += 64, CORRUPT, "C203", "TABL", TABL_AT(1, offset));
     CASE(m, TABLE(a)[1].offset = TABLE(a)[0].offset, CORRUPT, "C203", "TABL", TABL_AT(1, offset));
-    CASE(m, (TABLE(a)[4].count = TABLE(a)[4].size = (uint64_t)1 << 62), CORRUPT, "C203", "TABL", TABL_AT(4, offset));
+    CASE(m, (TABLE(a)[4].count = TABLE(a)[4].size = (uint64_t)1 << 62), CORRUPT, "C203", "TABL",
+         TABL_AT(4, offset));
     CASE(m, TABLE(a)[1].reserved = 1, CORRUPT, "C204", "TABL", TABL_AT(1, reserved));
     CASE(m, (TABLE(a)[4].count = TABLE(a)[4].size = 65), CORRUPT, "C203", "TABL", TABL_AT(4, offset));
     CASE(m, TABLE(a)[4].id = VXS_SECTION_ID('M', 'E', 'T', 'B'), CORRUPT, "C206", "TABL", TABL_AT(4, id));
@@ -166,7 +173,8 @@ static void check_voxmap(void)
     CASE(m, GRID(a)->distance_band = -0.0, CORRUPT, "M210", "GRID", GRID_AT(distance_band));
     CASE(m, GRID(a)->flags |= VXS_VOXMAP_FLAG_UNSIGNED, CORRUPT, "M210", "GRID", GRID_AT(flags));
     CASE(c, GRID(a)->distance_step = 0, CORRUPT, "M210", "GRID", GRID_AT(distance_step));
-    CASE(c, GRID(a)->distance_band = GRID(a)->distance_step / 2, CORRUPT, "M210", "GRID", GRID_AT(distance_band));
+    CASE(c, GRID(a)->distance_band = GRID(a)->distance_step / 2, CORRUPT, "M210", "GRID",
+         GRID_AT(distance_band));
     CASE(c, GRID(a)->distance_band = INFINITY, CORRUPT, "M210", "GRID", GRID_AT(distance_band));
     CASE(c, GRID(a)->distance_error = -1, CORRUPT, "M210", "GRID", GRID_AT(distance_error));
     CASE(m, GRID(a)->surface_cells = 0, CORRUPT, "M211", "GRID", GRID_AT(surface_cells));
@@ -190,7 +198,8 @@ static void check_voxmap(void)
     CASE(m, GRID(a)->bbox_max[2] += 1, CORRUPT, "M308", "GRID", GRID_AT(bbox_max) + 16);
     CASE(c, LAYR(a)[700] = 4, CORRUPT, "M401", "LAYR", 700);
     CASE(c, DIST(a)[3] = INT16_MIN, CORRUPT, "M402", "DIST", 6);
-    CASE(c, GRID(a)->flags |= VXS_VOXMAP_FLAG_UNSIGNED, CORRUPT, "M402", "DIST", -1 - (int64_t)built_entry(c, VXS_VOXMAP_SECTION_DIST)->offset);
+    CASE(c, GRID(a)->flags |= VXS_VOXMAP_FLAG_UNSIGNED, CORRUPT, "M402", "DIST",
+         -1 - (int64_t)built_entry(c, VXS_VOXMAP_SECTION_DIST)->offset);
 }
 
 static uint32_t one_cell(const void *shape, int64_t i, int64_t j, int64_t k)
@@ -236,7 +245,8 @@ static void check_odd_voxmaps(void)
     while (CHNK(&orphan)[last] < 4) last--;
     CHNK(&orphan)[last] = 0;
     built_seal(&orphan);
-    refused(&orphan, VXS_CORRUPT, "M303", "CHNK", (int64_t)built_entry(&orphan, VXS_VOXMAP_SECTION_CHNK)->offset);
+    refused(&orphan, VXS_CORRUPT, "M303", "CHNK",
+            (int64_t)built_entry(&orphan, VXS_VOXMAP_SECTION_CHNK)->offset);
     built_free(&orphan);
 
     /* An unknown section before META is read over. */
@@ -261,8 +271,8 @@ static void check_pointshell(void)
     CASE(s, SHEL(a)->point_count = UINT32_MAX, LIMIT, "S203", "SHEL", SHEL_AT(point_count));
     CASE(s, SHEL(a)->padded_count += 16, CORRUPT, "S204", "SHEL", SHEL_AT(padded_count));
     CASE(s, SHEL(a)->cluster_count += 1, CORRUPT, "S205", "SHEL", SHEL_AT(cluster_count));
-    CASE(s, (SHEL(a)->point_count = 180, SHEL(a)->padded_count = 192, SHEL(a)->cluster_count = 3), CORRUPT, "S206", "TABL",
-         TABL_AT(1, id));
+    CASE(s, (SHEL(a)->point_count = 180, SHEL(a)->padded_count = 192, SHEL(a)->cluster_count = 3), CORRUPT,
+         "S206", "TABL", TABL_AT(1, id));
     CASE(s, (SHEL(a)->point_count = 193, SHEL(a)->surface_cells = 1), CORRUPT, "S304", "SHEL", SHEL_AT(area));
     CASE(s, SHEL(a)->area = -1, CORRUPT, "S207", "SHEL", SHEL_AT(area));
     CASE(s, SHEL(a)->gap_max = NAN, CORRUPT, "S207", "SHEL", SHEL_AT(gap_max));

@@ -33,7 +33,8 @@ static uint64_t run(uint32_t coupling, uint32_t law, int ticks)
     for (int k = 0; k < ticks; k++) {
         vxs_servo_trace row;
         uint32_t flags = bench_tick(&b, height_at(k), &row);
-        CHECK(!(flags & (VXS_SERVO_FAULT | VXS_SERVO_MISSED | VXS_SERVO_DEVICE_STALE | VXS_SERVO_DEVICE_LOST)));
+        CHECK(
+            !(flags & (VXS_SERVO_FAULT | VXS_SERVO_MISSED | VXS_SERVO_DEVICE_STALE | VXS_SERVO_DEVICE_LOST)));
         double sum = 0;
         for (int axis = 0; axis < 3; axis++)
             sum += row.pose.position[axis] + row.collision.force[axis] + row.output.force[axis] +

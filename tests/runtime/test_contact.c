@@ -195,7 +195,8 @@ static void check_patches(void)
     for (int n = 0; n < 6; n++) {
         int above = n % 2;
         points[n] = (built_point){{0.0005f + 0.001f * (float)n, 0.0005f, above ? 0.0023f : -0.0021f},
-                                  {0, 0, above ? -1.0f : 1.0f}, 1e-6f};
+                                  {0, 0, above ? -1.0f : 1.0f},
+                                  1e-6f};
     }
     built_asset map_bytes = build_slot_map(h, &slot), bytes = build_pointshell(h, points, 6);
     vxs_voxmap map = open_voxmap(&map_bytes);
@@ -228,8 +229,8 @@ static void check_patches(void)
     built_point rays[RAYS];
     for (int n = 0; n < RAYS; n++) {
         double turn = 2 * acos(-1) * n / RAYS;
-        rays[n] = (built_point){{0.0005f, 0.0005f, n % 2 ? 0.0028f : -0.0026f},
-                                {(float)cos(turn), 0, (float)sin(turn)}, 1e-6f};
+        rays[n] = (built_point){
+            {0.0005f, 0.0005f, n % 2 ? 0.0028f : -0.0026f}, {(float)cos(turn), 0, (float)sin(turn)}, 1e-6f};
     }
     bytes = build_pointshell(h, rays, RAYS);
     shell = open_pointshell(&bytes);
@@ -276,7 +277,8 @@ static void check_bad_input(void)
     vxs_voxmap map = open_voxmap(&map_bytes);
     vxs_pointshell shell = open_pointshell(&bytes);
     vxs_contact_config config = config_of(VXS_CONTACT_AVERAGE, VXS_CONTACT_COUNT, 1000);
-    const vxs_pose bad[] = {{{NAN, 0, 0}, {1, 0, 0, 0}}, {{0, 0, 0}, {0, 0, 0, 0}}, {{0, 0, 0}, {1, NAN, 0, 0}}};
+    const vxs_pose bad[] = {
+        {{NAN, 0, 0}, {1, 0, 0, 0}}, {{0, 0, 0}, {0, 0, 0, 0}}, {{0, 0, 0}, {1, NAN, 0, 0}}};
     for (int n = 0; n < 3; n++) {
         vxs_contact_result r = evaluate(&map, &shell, &bad[n], &config);
         CHECK_INT(r.flags, VXS_CONTACT_INVALID);

@@ -23,7 +23,8 @@ static uint32_t slab_cell(const void *shape, int64_t i, int64_t j, int64_t k)
 static vxs_contact_result touch(double h, const int64_t shift[3])
 {
     slab shape = {{shift[0], shift[1], shift[2]}};
-    int64_t low[3] = {shift[0] - 30, shift[1] - 10, shift[2] - 30}, high[3] = {shift[0] + 30, shift[1], shift[2] + 30};
+    int64_t low[3] = {shift[0] - 30, shift[1] - 10, shift[2] - 30},
+            high[3] = {shift[0] + 30, shift[1], shift[2] + 30};
     built_asset map_bytes = build_voxmap(h, low, high, slab_cell, &shape, BUILT_PLAIN);
     built_asset bytes = build_ball_shell(h, 20 * h, 5000);
     vxs_voxmap map = open_voxmap(&map_bytes);
@@ -34,8 +35,9 @@ static vxs_contact_result touch(double h, const int64_t shift[3])
     vxs_contact_scratch *scratch;
     vxs_contact_result result;
     CHECK_INT(vxs_contact_init(memory, sizeof memory, shell.point_count, &scratch), VXS_OK);
-    vxs_pose pose = {{h * ((double)shift[0] + 0.31), h * ((double)shift[1] + 20.1), h * ((double)shift[2] - 0.27)},
-                     {0.9, 0.1, 0.2, -0.3}};
+    vxs_pose pose = {
+        {h * ((double)shift[0] + 0.31), h * ((double)shift[1] + 20.1), h * ((double)shift[2] - 0.27)},
+        {0.9, 0.1, 0.2, -0.3}};
     vxs_contact_evaluate(&map, NULL, &shell, &pose, &config, scratch, &result);
     built_free(&map_bytes);
     built_free(&bytes);

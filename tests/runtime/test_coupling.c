@@ -50,7 +50,8 @@ static void check_coefficients(void)
     CHECK_NEAR(c.a2, 0.939096513712112, 1e-12);
 
     /* The step is that difference equation. */
-    const double set[][3] = {{5, 1, 0.001}, {50, 0.3, 0.001}, {480, 0.707, 0.001}, {0.5, 2, 0.01}, {1000, 0.05, 0.0001}};
+    const double set[][3] = {
+        {5, 1, 0.001}, {50, 0.3, 0.001}, {480, 0.707, 0.001}, {0.5, 2, 0.01}, {1000, 0.05, 0.0001}};
     for (size_t n = 0; n < sizeof set / sizeof *set; n++) {
         config = pt2(set[n][0], set[n][1], set[n][2]);
         CHECK_INT(vxs_coupling_design(&config, &c), VXS_OK);
@@ -92,8 +93,10 @@ static void check_prewarp(void)
             double y = push(coupling, sin(config.omega0 * 0.001 * k));
             if (k > 3000) peak = fmax(peak, fabs(y));
         }
-        if (prewarp) CHECK_NEAR(peak, 3, 0.15); /* five samples a period: the peak falls between them */
-        else CHECK(peak < 2.8);
+        if (prewarp)
+            CHECK_NEAR(peak, 3, 0.15); /* five samples a period: the peak falls between them */
+        else
+            CHECK(peak < 2.8);
     }
 }
 

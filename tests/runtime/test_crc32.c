@@ -26,7 +26,8 @@ int main(void)
 
     static uint8_t bytes[70000];
     uint32_t random = 1;
-    for (size_t n = 0; n < sizeof bytes; n++) bytes[n] = (uint8_t)((random = random * 1664525u + 1013904223u) >> 24);
+    for (size_t n = 0; n < sizeof bytes; n++)
+        bytes[n] = (uint8_t)((random = random * 1664525u + 1013904223u) >> 24);
     for (size_t size = 0; size < 2100; size++)
         CHECK_INT(vxs_asset_crc32(bytes + size % 7, size), by_definition(bytes + size % 7, size));
     CHECK_INT(vxs_asset_crc32(bytes, sizeof bytes), by_definition(bytes, sizeof bytes));

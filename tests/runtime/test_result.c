@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * Names, texts and pinned values of results; the version of each header that C sees.
+ * Names, texts and pinned values of results; the library's version.
  */
 #include "check.h"
 #include "voxshell/voxshell.h"
 
 int main(void)
 {
+    CHECK_INT(vxs_version(), VXS_VERSION_MAJOR << 16 | VXS_VERSION_MINOR << 8 | VXS_VERSION_PATCH);
     CHECK_INT(VXS_OK, 0);
     CHECK_INT(VXS_PARAM, -1);
     CHECK_INT(VXS_CONFIG, -5);

@@ -4,7 +4,10 @@
  */
 #include "servo_bench.h"
 
-static double length(const double v[3]) { return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
 
 static void check_off_and_ramp(void)
 {
@@ -37,6 +40,35 @@ static void check_off_and_ramp(void)
     CHECK_INT(vxs_device_disarm(b.device), VXS_OK);
     flags = bench_tick(&b, 0.009, &row);
     CHECK(flags & VXS_SERVO_OFF && length(row.command.force) == 0);
+    /* Armed again: the ramp and the coupling start from nothing. */
+    for (int k = 0; k < 300; k++) bench_tick(&b, 0.013, &row);
+    CHECK_INT(vxs_device_arm(b.device), VXS_OK);
+    flags = bench_tick(&b, 0.013, &row);
+    CHECK(flags & VXS_SERVO_RAMPING && row.gain > 0 && row.gain < 0.003);
+    bench_close(&b);
+}
+
+/* A filter that was cut off in contact must not let its memory out at the next arming. */
+static void check_rearm(void)
+{
+    servo_bench b;
+    vxs_servo_trace row;
+    bench_prepare(&b);
+    b.servo_config.ramp_time = 0;
+    bench_open(&b);
+    CHECK_INT(vxs_device_arm(b.device), VXS_OK);
+    for (int k = 0; k < 600; k++) bench_tick(&b, k < 10 ? 0.012 : 0.0088, &row);
+    CHECK(length(row.output.force) > 0.1);
+    vxs_device_state off = b.state, free_again = b.state;
+    off.state = VXS_DEVICE_READY;
+    free_again.pose.position[1] = 0.03;
+    for (int k = 1; k < 3; k++) {
+        vxs_device_state *next = k == 1 ? &off : &free_again;
+        next->sequence += (uint64_t)k;
+        next->time_ns += 1000000 * k;
+        vxs_servo_tick(b.servo, next, &b.command, &row);
+        CHECK(length(row.command.force) == 0 && length(row.output.force) == 0);
+    }
     bench_close(&b);
 }
 
@@ -74,7 +106,8 @@ static void check_fault(void)
     CHECK(flags & VXS_SERVO_FAULT && length(row.command.force) == 0);
     for (int k = 0; k < 1000; k++) { /* latched, although the device is fine again and free */
         flags = bench_tick(&b, 0.013, &row);
-        CHECK(flags & VXS_SERVO_FAULT && length(b.command.wrench.force) == 0 && length(b.command.wrench.torque) == 0);
+        CHECK(flags & VXS_SERVO_FAULT && length(b.command.wrench.force) == 0 &&
+              length(b.command.wrench.torque) == 0);
     }
     vxs_servo_clear(b.servo);
     flags = bench_tick(&b, 0.013, &row);
@@ -84,13 +117,20 @@ static void check_fault(void)
     for (int n = 0; n < 16; n++) {
         vxs_device_state state = b.state;
         const double bad = n % 2 ? NAN : INFINITY;
-        if (n < 3) state.pose.position[n] = bad;
-        else if (n < 7) state.pose.orientation[n - 3] = bad;
-        else if (n < 10) state.velocity[n - 7] = bad;
-        else if (n < 13) state.angular_velocity[n - 10] = bad;
-        else if (n == 13) memset(state.pose.orientation, 0, sizeof state.pose.orientation);
-        else if (n == 14) state.time_ns = INT64_MAX;
-        else state.time_ns = INT64_MIN;
+        if (n < 3)
+            state.pose.position[n] = bad;
+        else if (n < 7)
+            state.pose.orientation[n - 3] = bad;
+        else if (n < 10)
+            state.velocity[n - 7] = bad;
+        else if (n < 13)
+            state.angular_velocity[n - 10] = bad;
+        else if (n == 13)
+            memset(state.pose.orientation, 0, sizeof state.pose.orientation);
+        else if (n == 14)
+            state.time_ns = INT64_MAX;
+        else
+            state.time_ns = INT64_MIN;
         vxs_device_command command;
         memset(&command, 0xFF, sizeof command);
         CHECK(vxs_servo_tick(b.servo, &state, &command, &row) & VXS_SERVO_FAULT);
@@ -266,6 +306,7 @@ static void check_config(void)
 int main(void)
 {
     check_off_and_ramp();
+    check_rearm();
     check_start_in_contact();
     check_fault();
     check_clamp();

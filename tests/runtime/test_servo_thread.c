@@ -66,9 +66,9 @@ int main(void)
     CHECK(strlen(status.scheduling_text) > 3 && strlen(status.memory_text) > 3);
     CHECK(status.is_realtime == (strcmp(status.scheduling_text, "SCHED_FIFO") == 0));
     CHECK(!(status.seen_flags & VXS_SERVO_FAULT));
-    printf("%s; memory %s; %llu missed, late by %.0f us at most, work %.0f us at most\n", status.scheduling_text,
-           status.memory_text, (unsigned long long)status.missed, (double)status.lateness.max_ns / 1e3,
-           (double)status.work.max_ns / 1e3);
+    printf("%s; memory %s; %llu missed, late by %.0f us at most, work %.0f us at most\n",
+           status.scheduling_text, status.memory_text, (unsigned long long)status.missed,
+           (double)status.lateness.max_ns / 1e3, (double)status.work.max_ns / 1e3);
     for (size_t count; (count = vxs_trace_drain(config.trace, rows, 100)) > 0;) {
         for (size_t n = 0; n < count; n++) CHECK_INT(rows[n].tick, next++);
     }

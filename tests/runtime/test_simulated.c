@@ -26,7 +26,8 @@ static vxs_device *opened(const vxs_simulated_config *config)
 
 static vxs_device_command forever(double x, double y, double z)
 {
-    vxs_device_command command = {.wrench = {{x, y, z}, {0, 0, 0}}, .hold_ns = INT64_MAX, .expires_ns = INT64_MAX};
+    vxs_device_command command = {
+        .wrench = {{x, y, z}, {0, 0, 0}}, .hold_ns = INT64_MAX, .expires_ns = INT64_MAX};
     return command;
 }
 
@@ -126,6 +127,10 @@ static void check_command(void)
     CHECK(report.rendered.force[0] == 0 && state.state == VXS_DEVICE_READY);
     CHECK_INT(vxs_device_arm(device), VXS_OK);
     CHECK_INT(vxs_device_arm(device), VXS_OK);
+    for (int k = 0; k < 3; k++) { /* and what was commanded before arming never acts */
+        vxs_device_exchange(device, NULL, &state, &report);
+        CHECK(report.rendered.force[0] == 0 && state.state == VXS_DEVICE_ARMED);
+    }
 
     /* Clamped by one common factor; torque likewise. */
     command = forever(30, 40, 0);

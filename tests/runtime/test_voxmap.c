@@ -9,7 +9,9 @@ static uint32_t stripes(const void *shape, int64_t i, int64_t j, int64_t k)
 {
     (void)shape;
     uint64_t mixed = (uint64_t)(i * 73856093 ^ j * 19349663 ^ k * 83492791);
-    return i == -70 || mixed % 7 == 0 ? VXS_CELL_SURFACE : (i + 200) / 40 % 2 ? VXS_CELL_INTERIOR : VXS_CELL_FREE;
+    return i == -70 || mixed % 7 == 0 ? VXS_CELL_SURFACE
+           : (i + 200) / 40 % 2       ? VXS_CELL_INTERIOR
+                                      : VXS_CELL_FREE;
 }
 
 static void check_cell_of(const vxs_voxmap *map)
@@ -38,8 +40,10 @@ int main(void)
     for (int64_t i = low[0] - 70; i <= high[0] + 70; i += 1) {
         for (int64_t j = low[1] - 70; j <= high[1] + 70; j += 3) {
             for (int64_t k = low[2] - 70; k <= high[2] + 70; k += 2) {
-                int inside = i >= low[0] && i <= high[0] && j >= low[1] && j <= high[1] && k >= low[2] && k <= high[2];
-                CHECK_INT(vxs_voxmap_state_at(&map, i, j, k), inside ? stripes(NULL, i, j, k) : VXS_CELL_FREE);
+                int inside =
+                    i >= low[0] && i <= high[0] && j >= low[1] && j <= high[1] && k >= low[2] && k <= high[2];
+                CHECK_INT(vxs_voxmap_state_at(&map, i, j, k),
+                          inside ? stripes(NULL, i, j, k) : VXS_CELL_FREE);
             }
         }
     }

@@ -21,42 +21,43 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define CHECK_FAIL(...)                                                                            \
-    do {                                                                                           \
-        fprintf(stderr, "%s:%d: ", __FILE__, __LINE__);                                            \
-        fprintf(stderr, __VA_ARGS__);                                                              \
-        fputc('\n', stderr);                                                                       \
-        exit(1);                                                                                   \
+#define CHECK_FAIL(...)                                                                                      \
+    do {                                                                                                     \
+        fprintf(stderr, "%s:%d: ", __FILE__, __LINE__);                                                      \
+        fprintf(stderr, __VA_ARGS__);                                                                        \
+        fputc('\n', stderr);                                                                                 \
+        exit(1);                                                                                             \
     } while (0)
 
-#define CHECK(condition)                                                                           \
-    do {                                                                                           \
-        if (!(condition)) CHECK_FAIL("failed: %s", #condition);                                    \
+#define CHECK(condition)                                                                                     \
+    do {                                                                                                     \
+        if (!(condition)) CHECK_FAIL("failed: %s", #condition);                                              \
     } while (0)
 
-#define CHECK_INT(actual, expected)                                                                \
-    do {                                                                                           \
-        long long check_a_ = (long long)(actual), check_e_ = (long long)(expected);                \
-        if (check_a_ != check_e_) CHECK_FAIL("%s is %lld, expected %lld", #actual, check_a_, check_e_); \
+#define CHECK_INT(actual, expected)                                                                          \
+    do {                                                                                                     \
+        long long check_a_ = (long long)(actual), check_e_ = (long long)(expected);                          \
+        if (check_a_ != check_e_) CHECK_FAIL("%s is %lld, expected %lld", #actual, check_a_, check_e_);      \
     } while (0)
 
-#define CHECK_NEAR(actual, expected, tolerance)                                                    \
-    do {                                                                                           \
-        double check_a_ = (actual), check_e_ = (expected);                                         \
-        if (!(fabs(check_a_ - check_e_) <= (tolerance)))                                           \
-            CHECK_FAIL("%s is %.17g, expected %.17g", #actual, check_a_, check_e_);                \
+#define CHECK_NEAR(actual, expected, tolerance)                                                              \
+    do {                                                                                                     \
+        double check_a_ = (actual), check_e_ = (expected);                                                   \
+        if (!(fabs(check_a_ - check_e_) <= (tolerance)))                                                     \
+            CHECK_FAIL("%s is %.17g, expected %.17g", #actual, check_a_, check_e_);                          \
     } while (0)
 
-#define CHECK_TEXT(actual, expected)                                                               \
-    do {                                                                                           \
-        const char *check_a_ = (actual), *check_e_ = (expected);                                   \
-        if (strcmp(check_a_, check_e_) != 0) CHECK_FAIL("%s is \"%s\", expected \"%s\"", #actual, check_a_, check_e_); \
+#define CHECK_TEXT(actual, expected)                                                                         \
+    do {                                                                                                     \
+        const char *check_a_ = (actual), *check_e_ = (expected);                                             \
+        if (strcmp(check_a_, check_e_) != 0)                                                                 \
+            CHECK_FAIL("%s is \"%s\", expected \"%s\"", #actual, check_a_, check_e_);                        \
     } while (0)
 
-#define SKIP(reason)                                                                               \
-    do {                                                                                           \
-        fprintf(stderr, "skipped: %s\n", reason);                                                  \
-        exit(77);                                                                                  \
+#define SKIP(reason)                                                                                         \
+    do {                                                                                                     \
+        fprintf(stderr, "skipped: %s\n", reason);                                                            \
+        exit(77);                                                                                            \
     } while (0)
 
 #endif

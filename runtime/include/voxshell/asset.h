@@ -4,14 +4,14 @@
  *
  * Opening checks every rule of formats/container.md and of the kind's own spec, once:
  * sizes, checksums, then meaning (each entry in range, no cell of state 3, unit normals,
- * spheres that hold their points ...). Only C303, the content hash, is left to `voxshell verify`. After VXS_OK a look-up needs no check. A file may be
- * hostile with valid checksums: no byte is trusted before its rule has been checked, nothing
- * is allocated by what a file says, and the work is linear in the file's size.
+ * spheres that hold their points ...). Only C303, the content hash, is left to `voxshell verify`. After
+ * VXS_OK a look-up needs no check. A file may be hostile with valid checksums: no byte is trusted before its
+ * rule has been checked, nothing is allocated by what a file says, and the work is linear in the file's size.
  *
  *     vxs_asset asset;
  *     vxs_asset_issue issue;
  *     vxs_result r = vxs_asset_open("cup.voxmap", NULL, &asset, &issue);
- *     if (r != VXS_OK) printf("%s: %c%u: %s\n", vxs_result_name(r), issue.letter, (unsigned)issue.rule, issue.text);
+ *     if (r != VXS_OK && issue.letter) printf("%c%u: %s\n", issue.letter, (unsigned)issue.rule, issue.text);
  */
 #ifndef VOXSHELL_ASSET_H
 #define VOXSHELL_ASSET_H

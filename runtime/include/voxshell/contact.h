@@ -47,7 +47,7 @@ enum {
     VXS_CONTACT_MEAN_CANCELLED = 1 << 1, /* average: |mean normal| < 0.1, evaluated per patch */
     VXS_CONTACT_OUT_OF_MAP = 1 << 2,     /* the shell's bounding sphere is beyond the map's box: free */
     VXS_CONTACT_OVERFLOW = 1 << 3,       /* scratch is for fewer points: wrench of those that fit */
-    VXS_CONTACT_INVALID = 1 << 4         /* pose or config refused, or the wrench is not finite: zero wrench */
+    VXS_CONTACT_INVALID = 1 << 4         /* pose or config refused, or wrench not finite: zero wrench */
 };
 
 /* Config. */
@@ -61,12 +61,12 @@ typedef struct vxs_contact_config {
 
 /* What the colliding points do. Frame: the scene's. */
 typedef struct vxs_contact_result {
-    vxs_wrench wrench; /* on the dynamic object, about config.reference; exactly zero without a colliding point */
+    vxs_wrench wrench; /* on the object, about config.reference; exactly 0 without a colliding point */
     double normal[3];  /* unit mean inward normal of the colliding points; 0 without any or if it cancels */
     double depth;      /* largest d [m] */
     uint32_t points;   /* colliding: in a surface cell */
     uint32_t deep_points; /* in an interior cell */
-    uint32_t patches;  /* 0 without a colliding point, 1, or more after VXS_CONTACT_MEAN_CANCELLED */
+    uint32_t patches;     /* 0 without a colliding point, 1, or more after VXS_CONTACT_MEAN_CANCELLED */
     uint32_t flags;
 } vxs_contact_result;
 
@@ -87,15 +87,17 @@ VXS_API size_t vxs_contact_memory(uint32_t point_count);
 /* Makes a scratch in the caller's memory, which must stay until its last use; nothing to close.
  * memory: any multiple of 16. Returns VXS_OK; VXS_PARAM; VXS_BUFFER (too small or not aligned).
  * Thread: any, set-up. */
-VXS_API vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count, vxs_contact_scratch **out);
+VXS_API vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count,
+                                    vxs_contact_scratch **out);
 
 /* Evaluates once. pose: shell frame -> scene frame. map_pose: map frame -> scene frame, NULL for
  * identity. Returns result->flags; never fails: bad input gets a zero wrench and
  * VXS_CONTACT_INVALID. Time: linear in the shell's points, none in the map's.
  * Thread: one per scratch, rt-safe. */
-VXS_API uint32_t vxs_contact_evaluate(const vxs_voxmap *map, const vxs_pose *map_pose, const vxs_pointshell *shell,
-                                      const vxs_pose *pose, const vxs_contact_config *config,
-                                      vxs_contact_scratch *scratch, vxs_contact_result *result);
+VXS_API uint32_t vxs_contact_evaluate(const vxs_voxmap *map, const vxs_pose *map_pose,
+                                      const vxs_pointshell *shell, const vxs_pose *pose,
+                                      const vxs_contact_config *config, vxs_contact_scratch *scratch,
+                                      vxs_contact_result *result);
 
 #ifdef __cplusplus
 }

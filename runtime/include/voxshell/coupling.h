@@ -26,9 +26,9 @@ extern "C" {
  *                  hangs on the device by a spring and a damper; the device feels that spring */
 enum { VXS_COUPLING_NONE = 1, VXS_COUPLING_PT2 = 2, VXS_COUPLING_SPRING_DAMPER = 3 };
 
-#define VXS_COUPLING_MIN_HZ 0.05          /* VXS_FREQUENCY: below */
-#define VXS_COUPLING_MAX_RATE 0.49        /* VXS_FREQUENCY: above so many times the sample rate */
-#define VXS_COUPLING_MIN_DAMPING 1e-3     /* VXS_DAMPING */
+#define VXS_COUPLING_MIN_HZ 0.05      /* VXS_FREQUENCY: below */
+#define VXS_COUPLING_MAX_RATE 0.49    /* VXS_FREQUENCY: above so many times the sample rate */
+#define VXS_COUPLING_MIN_DAMPING 1e-3 /* VXS_DAMPING */
 #define VXS_COUPLING_MAX_DAMPING 1e3
 #define VXS_COUPLING_MIN_SAMPLE_TIME 1e-5 /* VXS_SAMPLE_TIME [s] */
 #define VXS_COUPLING_MAX_SAMPLE_TIME 0.1
@@ -89,7 +89,8 @@ VXS_API size_t vxs_coupling_memory(void);
 
 /* Makes a coupling at rest in the caller's memory (any multiple of 16). Nothing to close.
  * Returns as vxs_coupling_config_check(), and VXS_BUFFER. Thread: any, set-up. */
-VXS_API vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupling_config *config, vxs_coupling **out);
+VXS_API vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupling_config *config,
+                                     vxs_coupling **out);
 
 /* At rest with the device at this pose: no force, no memory. Thread: the coupling's, rt-safe. */
 VXS_API void vxs_coupling_reset(vxs_coupling *coupling, const vxs_pose *device);

@@ -52,32 +52,32 @@ enum { VXS_DEVICE_VELOCITY_NONE = 0, VXS_DEVICE_VELOCITY_MEASURED = 1, VXS_DEVIC
 /* What a device can do. 0 where it is not known. */
 typedef struct vxs_device_caps {
     char name[48];
-    uint32_t dof_sensed, dof_actuated;    /* VXS_DEVICE_DOF_* */
-    double rate_hz;                       /* nominal */
-    double peak_force, continuous_force;  /* [N] */
-    double peak_torque;                   /* [N m] */
-    double max_stiffness;                 /* [N/m], recommended closed loop */
-    double max_damping;                   /* [N s/m] */
-    double resolution;                    /* [m] */
-    double mass, friction, viscosity;     /* felt at the tip [kg], [N], [N s/m] */
-    uint32_t delay_samples;               /* between a command and its effect */
-    uint32_t assumed;                     /* not 0: mass, friction and viscosity are assumptions */
-    uint32_t has_watchdog;                /* in hardware */
-    uint32_t verified;                    /* not 0: tried on hardware */
+    uint32_t dof_sensed, dof_actuated;   /* VXS_DEVICE_DOF_* */
+    double rate_hz;                      /* nominal */
+    double peak_force, continuous_force; /* [N] */
+    double peak_torque;                  /* [N m] */
+    double max_stiffness;                /* [N/m], recommended closed loop */
+    double max_damping;                  /* [N s/m] */
+    double resolution;                   /* [m] */
+    double mass, friction, viscosity;    /* felt at the tip [kg], [N], [N s/m] */
+    uint32_t delay_samples;              /* between a command and its effect */
+    uint32_t assumed;                    /* not 0: mass, friction and viscosity are assumptions */
+    uint32_t has_watchdog;               /* in hardware */
+    uint32_t verified;                   /* not 0: tried on hardware */
 } vxs_device_caps;
 
 /* View of one exchange, in. */
 typedef struct vxs_device_state {
-    uint64_t sequence;          /* grows by one per new measurement */
-    int64_t time_ns;            /* host's monotonic clock, or virtual time */
+    uint64_t sequence; /* grows by one per new measurement */
+    int64_t time_ns;   /* host's monotonic clock, or virtual time */
     vxs_pose pose;
     double velocity[3];         /* [m/s] */
     double angular_velocity[3]; /* [rad/s] */
     uint32_t velocity_source;   /* VXS_DEVICE_VELOCITY_* */
     uint32_t buttons;
-    uint32_t state;             /* VXS_DEVICE_* */
-    uint32_t fault;             /* VXS_DEVICE_FAULT_* */
-    double link_age;            /* of the measurement [s] */
+    uint32_t state;  /* VXS_DEVICE_* */
+    uint32_t fault;  /* VXS_DEVICE_FAULT_* */
+    double link_age; /* of the measurement [s] */
 } vxs_device_state;
 
 /* One exchange, out. A command that is all 0 has expired: no force. */
@@ -134,8 +134,8 @@ VXS_API vxs_result vxs_device_disarm(vxs_device *device);
 VXS_API void vxs_device_close(vxs_device *device);
 
 /* One exchange, as in vxs_device_ops. Thread: the servo's, rt-safe. */
-VXS_API void vxs_device_exchange(vxs_device *device, const vxs_device_command *command, vxs_device_state *state,
-                                 vxs_device_report *report);
+VXS_API void vxs_device_exchange(vxs_device *device, const vxs_device_command *command,
+                                 vxs_device_state *state, vxs_device_report *report);
 
 /* The share 0 .. 1 of a command that is to be rendered at a time: for backends.
  * Thread: any, rt-safe. */

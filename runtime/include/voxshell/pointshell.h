@@ -17,11 +17,11 @@ extern "C" {
 
 /* View: borrowed from the asset, valid until vxs_asset_close(). Plain; copy it freely. */
 typedef struct vxs_pointshell {
-    double voxel;           /* edge of the cells that the shell was made with [m] */
-    uint32_t kind;          /* VXS_POINTSHELL_EXACT or _NAIVE */
-    uint32_t point_count;   /* real points, >= 1 */
-    uint32_t padded_count;  /* elements of each array, multiple of 16 */
-    uint32_t cluster_count; /* of at most VXS_POINTSHELL_CLUSTER_POINTS points each */
+    double voxel;              /* edge of the cells that the shell was made with [m] */
+    uint32_t kind;             /* VXS_POINTSHELL_EXACT or _NAIVE */
+    uint32_t point_count;      /* real points, >= 1 */
+    uint32_t padded_count;     /* elements of each array, multiple of 16 */
+    uint32_t cluster_count;    /* of at most VXS_POINTSHELL_CLUSTER_POINTS points each */
     const float *x, *y, *z;    /* [m] */
     const float *nx, *ny, *nz; /* unit, into the object */
     const float *area;         /* [m^2], >= 0 */

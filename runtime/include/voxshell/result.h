@@ -22,33 +22,33 @@ extern "C" {
 #endif
 
 /* The one list: name, value, text. Values are pinned for ever; each family has room. */
-#define VXS_RESULT_LIST(X)                                                                         \
-    X(OK, 0, "ok")                                                                                 \
-    X(PARAM, -1, "an argument is null or out of its range")                                        \
-    X(STATE, -2, "the call does not fit the object's state")                                       \
-    X(BUFFER, -3, "the memory given is too small or not aligned")                                  \
-    X(UNSUPPORTED, -4, "not supported by this build, device or machine")                           \
-    X(CONFIG, -5, "the config was not filled by its _default function (struct_size)")              \
-    X(IO, -20, "the file cannot be opened or read")                                                \
-    X(MAGIC, -21, "not a voxshell asset")                                                          \
-    X(KIND, -22, "a voxshell asset, but of another kind than asked for")                           \
-    X(VERSION, -23, "written by a newer major version of the format")                              \
-    X(FEATURE, -24, "needs a feature that this reader does not know")                              \
-    X(TRUNCATED, -25, "shorter or longer than its header says")                                    \
-    X(CHECKSUM, -26, "a checksum does not match: the file is damaged")                             \
-    X(CORRUPT, -27, "breaks a rule of its format")                                                 \
-    X(LIMIT, -28, "exceeds a documented limit")                                                    \
-    X(NO_DEVICE, -40, "no such device")                                                            \
-    X(ACCESS, -41, "the device is here but may not be used by this user")                          \
-    X(BUSY, -42, "the device is in use by another program")                                        \
-    X(TIMEOUT, -43, "the device did not answer in time")                                           \
-    X(PROTOCOL, -44, "the device answered against its protocol")                                   \
-    X(LOST, -45, "the device is gone")                                                             \
-    X(FREQUENCY, -60, "coupling: natural frequency outside 0.05 Hz .. 0.49 / sample time")         \
-    X(DAMPING, -61, "coupling: damping ratio outside 0.001 .. 1000")                                 \
-    X(SAMPLE_TIME, -62, "coupling: sample time outside 1e-5 .. 0.1 s")                             \
-    X(GAIN, -63, "coupling: gain not finite or not positive")                                      \
-    X(IMPEDANCE, -64, "coupling: stiffness, damping, mass or radius not finite or not positive")           \
+#define VXS_RESULT_LIST(X)                                                                                   \
+    X(OK, 0, "ok")                                                                                           \
+    X(PARAM, -1, "an argument is null or out of its range")                                                  \
+    X(STATE, -2, "the call does not fit the object's state")                                                 \
+    X(BUFFER, -3, "the memory given is too small or not aligned")                                            \
+    X(UNSUPPORTED, -4, "not supported by this build, device or machine")                                     \
+    X(CONFIG, -5, "the config was not filled by its _default function (struct_size)")                        \
+    X(IO, -20, "the file cannot be opened or read")                                                          \
+    X(MAGIC, -21, "not a voxshell asset")                                                                    \
+    X(KIND, -22, "a voxshell asset, but of another kind than asked for")                                     \
+    X(VERSION, -23, "written by a newer major version of the format")                                        \
+    X(FEATURE, -24, "needs a feature that this reader does not know")                                        \
+    X(TRUNCATED, -25, "shorter or longer than its header says")                                              \
+    X(CHECKSUM, -26, "a checksum does not match: the file is damaged")                                       \
+    X(CORRUPT, -27, "breaks a rule of its format")                                                           \
+    X(LIMIT, -28, "exceeds a documented limit")                                                              \
+    X(NO_DEVICE, -40, "no such device")                                                                      \
+    X(ACCESS, -41, "the device is here but may not be used by this user")                                    \
+    X(BUSY, -42, "the device is in use by another program")                                                  \
+    X(TIMEOUT, -43, "the device did not answer in time")                                                     \
+    X(PROTOCOL, -44, "the device answered against its protocol")                                             \
+    X(LOST, -45, "the device is gone")                                                                       \
+    X(FREQUENCY, -60, "coupling: natural frequency outside 0.05 Hz .. 0.49 / sample time")                   \
+    X(DAMPING, -61, "coupling: damping ratio outside 0.001 .. 1000")                                         \
+    X(SAMPLE_TIME, -62, "coupling: sample time outside 1e-5 .. 0.1 s")                                       \
+    X(GAIN, -63, "coupling: gain not finite or not positive")                                                \
+    X(IMPEDANCE, -64, "coupling: stiffness, damping, mass or radius not finite or not positive")             \
     X(NO_THREAD, -80, "the servo thread could not be started")
 
 typedef enum vxs_result {

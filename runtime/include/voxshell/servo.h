@@ -50,7 +50,7 @@ enum {
     VXS_SERVO_SATURATED = 1 << 12,        /* the clamp acted */
     VXS_SERVO_DEVICE_STALE = 1 << 13,     /* no new measurement since the last tick */
     VXS_SERVO_MISSED = 1 << 14,           /* ticks were missed before this one */
-    VXS_SERVO_DEVICE_LOST = 1 << 15,      /* the device is in FAULT or GONE, or stale past hold and decay: zero force */
+    VXS_SERVO_DEVICE_LOST = 1 << 15,      /* in FAULT, GONE, or stale past hold and decay: zero force */
     VXS_SERVO_FAULT = 1 << 16             /* latched zero force until vxs_servo_clear() */
 };
 
@@ -62,9 +62,9 @@ typedef struct vxs_servo_config {
     const vxs_pointshell *shell; /* the dynamic object */
     vxs_pose map_pose;           /* map -> scene; default identity */
     vxs_pose mount;              /* device frame -> scene frame; default identity */
-    vxs_pose grip;               /* shell -> device tip, scene metres; default identity. Torque is about the tip:
-                                    contact.reference is set from it */
-    double scale;                /* scene metres per device metre, > 0; default 1 */
+    vxs_pose grip; /* shell -> device tip, scene metres; default identity. Torque is about the tip:
+                      contact.reference is set from it */
+    double scale;  /* scene metres per device metre, > 0; default 1 */
     vxs_contact_config contact;
     vxs_coupling_config coupling; /* its sample_time is the tick's T */
     double max_force;             /* [N] > 0; default 3 */
@@ -78,18 +78,18 @@ typedef struct vxs_servo_config {
 
 /* One row of a trace. Frame: the device's for pose and command, the scene's for collision and output. */
 typedef struct vxs_servo_trace {
-    uint64_t tick;          /* from 0 on */
-    int64_t time_ns;        /* the device's */
-    vxs_pose pose;          /* of the device */
-    vxs_wrench collision;   /* of the contact */
-    vxs_wrench output;      /* of the coupling, before slew, clamp and ramp */
-    vxs_wrench command;     /* as commanded */
-    double depth;           /* [m] */
-    double gain;            /* of the ramp, 0 .. 1 */
-    uint32_t points;        /* colliding */
+    uint64_t tick;        /* from 0 on */
+    int64_t time_ns;      /* the device's */
+    vxs_pose pose;        /* of the device */
+    vxs_wrench collision; /* of the contact */
+    vxs_wrench output;    /* of the coupling, before slew, clamp and ramp */
+    vxs_wrench command;   /* as commanded */
+    double depth;         /* [m] */
+    double gain;          /* of the ramp, 0 .. 1 */
+    uint32_t points;      /* colliding */
     uint32_t deep_points;
     uint32_t patches;
-    uint32_t flags;         /* VXS_SERVO_* | VXS_CONTACT_* */
+    uint32_t flags; /* VXS_SERVO_* | VXS_CONTACT_* */
 } vxs_servo_trace;
 
 /* Object. One thread at a time. */

@@ -5,8 +5,8 @@
  * Wakes at start + n period on CLOCK_MONOTONIC, so a late wake-up does not shift the next. After
  * an overrun of whole periods the missed ones are counted and skipped, never caught up.
  * Real-time scheduling and locked memory are asked for and, where not allowed, done without:
- * the status says so; memory stays locked until the program ends. Time runs as the device says (a simulated device's is virtual: one sample
- * per exchange).
+ * the status says so; memory stays locked until the program ends. Time runs as the device says (a simulated
+ * device's is virtual: one sample per exchange).
  */
 #ifndef VOXSHELL_SERVO_THREAD_H
 #define VOXSHELL_SERVO_THREAD_H
@@ -24,14 +24,14 @@ enum { VXS_SERVO_THREAD_BINS = 32 };
 /* Config. All pointers are borrowed until vxs_servo_thread_stop(). */
 typedef struct vxs_servo_thread_config {
     uint32_t struct_size;
-    uint32_t lock_memory;   /* not 0: mlockall; default 1 */
-    int32_t priority;       /* SCHED_FIFO 1 .. 99, 0: leave the scheduler alone; default 80 */
-    int32_t cpu;            /* pin to this one, -1: no; default -1. Linux */
-    double rate_hz;         /* 100 .. 10000; default 1000 */
-    uint64_t max_ticks;     /* stop after so many; 0: run on */
+    uint32_t lock_memory; /* not 0: mlockall; default 1 */
+    int32_t priority;     /* SCHED_FIFO 1 .. 99, 0: leave the scheduler alone; default 80 */
+    int32_t cpu;          /* pin to this one, -1: no; default -1. Linux */
+    double rate_hz;       /* 100 .. 10000; default 1000 */
+    uint64_t max_ticks;   /* stop after so many; 0: run on */
     vxs_device *device;
     vxs_servo *servo;
-    vxs_trace *trace;       /* may be NULL */
+    vxs_trace *trace; /* may be NULL */
     /* Called in the servo thread before each exchange, NULL: none. Must be rt-safe. */
     void (*on_tick)(void *user, uint64_t tick);
     void *user;
@@ -52,9 +52,9 @@ typedef struct vxs_servo_thread_status {
     const char *scheduling_text; /* "SCHED_FIFO", or why not and what helps; static */
     const char *memory_text;     /* the same for memory */
     uint64_t ticks;
-    uint64_t missed;             /* periods skipped */
-    uint32_t last_flags;         /* of the last tick */
-    uint32_t seen_flags;         /* of all ticks, or-ed */
+    uint64_t missed;                     /* periods skipped */
+    uint32_t last_flags;                 /* of the last tick */
+    uint32_t seen_flags;                 /* of all ticks, or-ed */
     vxs_servo_thread_histogram lateness; /* wake-up after its time */
     vxs_servo_thread_histogram work;     /* exchange and tick */
 } vxs_servo_thread_status;

@@ -16,7 +16,11 @@
  *     vxs_simulated_config_default(&config, vxs_simulated_profile_named("phantom-premium-1.5"));
  *     vxs_simulated_open(memory, sizeof memory, &config, &device);
  *     vxs_device_arm(device);
- *     for (...) { vxs_simulated_hand(device, target, NULL); vxs_device_exchange(device, &command, &state, NULL); ... }
+ *     for (...) {
+ *         vxs_simulated_hand(device, target, NULL);
+ *         vxs_device_exchange(device, &command, &state, NULL);
+ *         vxs_servo_tick(servo, &state, &command, &row);
+ *     }
  */
 #ifndef VOXSHELL_SIMULATED_H
 #define VOXSHELL_SIMULATED_H
@@ -56,8 +60,8 @@ VXS_API const vxs_simulated_arm *vxs_simulated_arm_at(uint32_t index);
 /* Config. */
 typedef struct vxs_simulated_config {
     uint32_t struct_size;
-    uint32_t delay_samples;        /* 1 .. 64: a command acts so many samples after its exchange; default 1 */
-    uint32_t substeps;             /* 1 .. 1000 per sample; default 16 */
+    uint32_t delay_samples; /* 1 .. 64: a command acts so many samples after its exchange; default 1 */
+    uint32_t substeps;      /* 1 .. 1000 per sample; default 16 */
     uint32_t reserved;
     vxs_simulated_profile profile; /* copied */
     vxs_simulated_arm arm;         /* copied; default "hand" */

@@ -19,14 +19,14 @@ extern "C" {
 
 /* View: borrowed from the asset, valid until vxs_asset_close(). Plain; copy it freely. */
 typedef struct vxs_voxmap {
-    double voxel;           /* edge h of a cell [m] */
-    int64_t origin_cell[3]; /* absolute cell of the box's min corner */
-    uint32_t cells[3];      /* extent of the box [cells] */
-    uint32_t root_dims[3];  /* extent of the box [chunks of 64 cells] */
-    const uint32_t *root;   /* one entry per chunk */
-    const uint32_t *chunks; /* 512 entries per chunk */
-    const uint64_t *bricks; /* 16 words per brick, two bits a cell */
-    const int8_t *layers;   /* 512 per brick, or NULL without the channel */
+    double voxel;             /* edge h of a cell [m] */
+    int64_t origin_cell[3];   /* absolute cell of the box's min corner */
+    uint32_t cells[3];        /* extent of the box [cells] */
+    uint32_t root_dims[3];    /* extent of the box [chunks of 64 cells] */
+    const uint32_t *root;     /* one entry per chunk */
+    const uint32_t *chunks;   /* 512 entries per chunk */
+    const uint64_t *bricks;   /* 16 words per brick, two bits a cell */
+    const int8_t *layers;     /* 512 per brick, or NULL without the channel */
     const int16_t *distances; /* 512 per brick, or NULL without the channel */
     uint64_t chunk_count, brick_count;
     uint64_t surface_cells, interior_cells;
@@ -65,7 +65,8 @@ static inline uint32_t vxs_voxmap_state(const vxs_voxmap *map, uint32_t ci, uint
     uint32_t entry = vxs_voxmap_entry(map, ci, cj, ck);
     if (entry < VXS_VOXMAP_ENTRY_FIRST) return entry;
     uint32_t cell = vxs_voxmap_brick_cell(ci, cj, ck);
-    uint64_t word = map->bricks[(size_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_BRICK_WORDS + (cell >> 5)];
+    uint64_t word =
+        map->bricks[(size_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_BRICK_WORDS + (cell >> 5)];
     return (uint32_t)(word >> ((cell & 31u) << 1)) & 3u;
 }
 

@@ -18,4 +18,19 @@
 #include "voxshell/trace.h"
 #include "voxshell/voxmap.h"
 
+/* Of the library; the formats have versions of their own (formats/README.md). */
+#define VXS_VERSION_MAJOR 0
+#define VXS_VERSION_MINOR 1
+#define VXS_VERSION_PATCH 0
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Major << 16 | minor << 8 | patch of the library that is linked. Thread: any, rt-safe. */
+VXS_API uint32_t vxs_version(void);
+
+#ifdef __cplusplus
+}
+#endif
 #endif

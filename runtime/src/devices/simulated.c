@@ -17,7 +17,10 @@ double vxsi_simulated_encode(const vxsi_simulated *simulated, double position)
     return step > 0 ? floor(position / step + 0.5) * step : position;
 }
 
-static int is_finite(const double v[3]) { return isfinite(fabs(v[0]) + fabs(v[1]) + fabs(v[2])); }
+static int is_finite(const double v[3])
+{
+    return isfinite(fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
+}
 
 /* What the motors are told: decayed, and clamped to what they have. */
 static void render(vxsi_simulated *s, vxs_device_report *out)

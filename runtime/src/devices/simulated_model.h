@@ -19,7 +19,7 @@ typedef struct vxsi_simulated {
     double measured[3];              /* the encoder's last */
     double hand[3], target[3];       /* where the hand is, and will be after the next sample */
     double orientation[4];
-    vxs_device_command command;                     /* the last one taken */
+    vxs_device_command command;                       /* the last one taken */
     vxs_device_report line[VXSI_SIMULATED_MAX_DELAY]; /* wrenches on their way, a ring */
     uint32_t line_at;
 } vxsi_simulated;

@@ -9,7 +9,8 @@
 
 enum { ALIGNMENT = 16, MAX_SUBSTEPS = 1000 };
 
-/* name, peak N, continuous N, peak N m, K N/m, B N s/m, step m, mass kg, friction N, viscosity N s/m, rate Hz */
+/* name, peak N, continuous N, peak N m, K N/m, B N s/m, step m, mass kg, friction N, viscosity N s/m, rate Hz
+ */
 static const vxs_simulated_profile profiles[] = {
     {"touch", 3.3, 0.88, 0, 400, 4, 55e-6, 0.045, 0.26, 0.15, 1000},
     {"omni", 3.3, 0.88, 0, 700, 5, 55e-6, 0.045, 0.26, 0.15, 1000},
@@ -45,7 +46,10 @@ const vxs_simulated_profile *vxs_simulated_profile_named(const char *name)
     return NULL;
 }
 
-const vxs_simulated_arm *vxs_simulated_arm_at(uint32_t index) { return index < ARMS ? &arms[index] : NULL; }
+const vxs_simulated_arm *vxs_simulated_arm_at(uint32_t index)
+{
+    return index < ARMS ? &arms[index] : NULL;
+}
 
 const vxs_simulated_arm *vxs_simulated_arm_named(const char *name)
 {
@@ -67,7 +71,10 @@ void vxs_simulated_config_default(vxs_simulated_config *config, const vxs_simula
     config->start = vxs_pose_identity();
 }
 
-static int not_negative(double value) { return isfinite(value) && value >= 0; }
+static int not_negative(double value)
+{
+    return isfinite(value) && value >= 0;
+}
 
 static vxs_result check_config(const vxs_simulated_config *config)
 {
@@ -75,25 +82,34 @@ static vxs_result check_config(const vxs_simulated_config *config)
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
     const vxs_simulated_profile *p = &config->profile;
     const vxs_simulated_arm *a = &config->arm;
-    const double numbers[] = {p->peak_force,  p->continuous_force, p->peak_torque, p->max_stiffness,
-                              p->max_damping, p->resolution,       p->mass,        p->friction,
-                              p->viscosity,   a->mass,             a->viscosity,   a->stiffness};
+    const double numbers[] = {
+        p->peak_force, p->continuous_force, p->peak_torque, p->max_stiffness, p->max_damping, p->resolution,
+        p->mass,       p->friction,         p->viscosity,   a->mass,          a->viscosity,   a->stiffness};
     for (size_t n = 0; n < sizeof numbers / sizeof *numbers; n++) {
         if (!not_negative(numbers[n])) return VXS_PARAM;
     }
     double rotation[9];
     int is_good = p->name && a->name && p->mass > 0 && p->peak_force > 0 && config->delay_samples >= 1 &&
                   config->delay_samples <= VXSI_SIMULATED_MAX_DELAY && config->substeps >= 1 &&
-                  config->substeps <= MAX_SUBSTEPS && config->sample_time >= 1e-5 && config->sample_time <= 0.1 &&
-                  vxs_pose_rotation(&config->start, rotation);
+                  config->substeps <= MAX_SUBSTEPS && config->sample_time >= 1e-5 &&
+                  config->sample_time <= 0.1 && vxs_pose_rotation(&config->start, rotation);
     return is_good ? VXS_OK : VXS_PARAM;
+}
+
+/* Nothing that was commanded before acts after. */
+static void let_go(vxsi_simulated *s)
+{
+    memset(&s->command, 0, sizeof s->command);
+    memset(s->line, 0, sizeof s->line);
 }
 
 static vxs_result arm(void *self)
 {
     vxsi_simulated *s = self;
     if (s->state == VXS_DEVICE_GONE) return VXS_LOST;
-    if (s->state != VXS_DEVICE_READY && s->state != VXS_DEVICE_ARMED) return VXS_STATE;
+    if (s->state == VXS_DEVICE_ARMED) return VXS_OK;
+    if (s->state != VXS_DEVICE_READY) return VXS_STATE;
+    let_go(s);
     s->state = VXS_DEVICE_ARMED;
     return VXS_OK;
 }
@@ -105,8 +121,7 @@ static vxs_result disarm(void *self)
     if (s->state == VXS_DEVICE_CLOSED) return VXS_STATE;
     s->state = VXS_DEVICE_READY;
     s->fault = VXS_DEVICE_FAULT_NONE;
-    memset(&s->command, 0, sizeof s->command);
-    memset(s->line, 0, sizeof s->line);
+    let_go(s);
     return VXS_OK;
 }
 
@@ -116,8 +131,11 @@ static void close_device(void *self)
     s->state = VXS_DEVICE_CLOSED;
 }
 
-static const vxs_device_ops ops = {
-    .name = "simulated", .arm = arm, .disarm = disarm, .close = close_device, .exchange = vxsi_simulated_exchange};
+static const vxs_device_ops ops = {.name = "simulated",
+                                   .arm = arm,
+                                   .disarm = disarm,
+                                   .close = close_device,
+                                   .exchange = vxsi_simulated_exchange};
 
 static void fill_caps(const vxs_simulated_config *config, vxs_device_caps *caps)
 {
@@ -139,7 +157,10 @@ static void fill_caps(const vxs_simulated_config *config, vxs_device_caps *caps)
     caps->assumed = 1;
 }
 
-size_t vxs_simulated_memory(void) { return (sizeof(vxsi_simulated) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT; }
+size_t vxs_simulated_memory(void)
+{
+    return (sizeof(vxsi_simulated) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
 
 vxs_result vxs_simulated_open(void *memory, size_t size, const vxs_simulated_config *config, vxs_device **out)
 {
