@@ -3,128 +3,13 @@
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
-#include "voxmap/voxelize.hpp"
+#include "exact.hpp"
 
-#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
-
-#include <random>
 #include <set>
 
-using namespace voxshell;
+using namespace exact;
 
 namespace {
-
-using Number = CGAL::Exact_predicates_exact_constructions_kernel::FT;
-using Vertex = std::array<Number, 3>;
-
-/// Does the closed triangle hold a point of [low, high)? Sutherland-Hodgman with exact numbers gives the
-/// polygon of the triangle inside the closed box; a convex polygon that avoids the half-open box lies in one
-/// of its three upper faces.
-bool meets(const std::array<LatticePoint, 3> &triangle, const LatticePoint &low, const LatticePoint &high)
-{
-    std::vector<Vertex> polygon;
-    for (const LatticePoint &p : triangle)
-        polygon.push_back({Number(static_cast<double>(p[0])), Number(static_cast<double>(p[1])),
-                           Number(static_cast<double>(p[2]))});
-    for (int axis = 0; axis < 3; ++axis)
-        for (const int sign : {1, -1}) {
-            const Number limit(static_cast<double>(sign > 0 ? high[axis] : -low[axis]));
-            const auto outside = [&](const Vertex &v) -> Number { return sign * v[axis] - limit; };
-            std::vector<Vertex> kept;
-            for (std::size_t v = 0; v < polygon.size(); ++v) {
-                const Vertex &a = polygon[v], &b = polygon[(v + 1) % polygon.size()];
-                const Number da = outside(a), db = outside(b);
-                if (da <= 0) kept.push_back(a);
-                if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
-                    const Number t = da / (da - db);
-                    Vertex cut;
-                    for (int c = 0; c < 3; ++c) cut[c] = a[c] + t * (b[c] - a[c]);
-                    kept.push_back(cut);
-                }
-            }
-            polygon.swap(kept);
-            if (polygon.empty()) return false;
-        }
-    for (int axis = 0; axis < 3; ++axis) {
-        bool below = false;
-        for (const Vertex &v : polygon) below = below || v[axis] < Number(static_cast<double>(high[axis]));
-        if (!below) return false;
-    }
-    return true;
-}
-
-LatticeMesh one(const std::array<LatticePoint, 3> &triangle)
-{
-    LatticeMesh mesh;
-    mesh.voxel = 1;
-    mesh.vertices.assign(triangle.begin(), triangle.end());
-    mesh.triangles = {{0, 1, 2}};
-    mesh.min = mesh.max = {triangle[0][0] >> 16, triangle[0][1] >> 16, triangle[0][2] >> 16};
-    for (const LatticePoint &p : triangle)
-        for (int a = 0; a < 3; ++a) {
-            mesh.min[a] = std::min(mesh.min[a], p[a] >> 16);
-            mesh.max[a] = std::max(mesh.max[a], p[a] >> 16);
-        }
-    return mesh;
-}
-
-LatticePoint corner_of(const Cell &cell)
-{
-    return {cell[0] * lattice_per_cell, cell[1] * lattice_per_cell, cell[2] * lattice_per_cell};
-}
-
-struct Pick {
-    std::mt19937_64 random{20011};
-    std::int64_t between(std::int64_t low, std::int64_t high)
-    {
-        return low + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(high - low + 1));
-    }
-    /// A coordinate that likes planes, half planes and their lattice neighbours.
-    std::int64_t coordinate(std::int64_t reach)
-    {
-        switch (between(0, 3)) {
-        case 0:
-            return between(-reach, reach);
-        case 1:
-            return between(-reach, reach) >> 16 << 16;
-        case 2:
-            return (between(-reach, reach) >> 16 << 16) + between(-1, 1);
-        default:
-            return between(-reach, reach) >> 15 << 15;
-        }
-    }
-    std::array<LatticePoint, 3> triangle(std::int64_t reach)
-    {
-        std::array<LatticePoint, 3> t;
-        for (LatticePoint &p : t)
-            for (std::int64_t &c : p) c = coordinate(reach);
-        switch (between(0, 9)) {
-        case 0:
-            t[1][2] = t[0][2], t[2][2] = t[0][2];
-            break; // flat on a plane
-        case 1:
-            t[2] = t[1];
-            break; // a segment
-        case 2:
-            t[1] = t[0], t[2] = t[0];
-            break; // a point
-        case 3:
-            t[2] = {t[1][0] + between(-1, 1), t[1][1] + between(-1, 1), t[1][2] + between(-1, 1)};
-            break; // a sliver
-        case 4:    // collinear
-            for (int a = 0; a < 3; ++a)
-                t[1][a] = t[0][a] + 2 * ((t[2][a] - t[0][a]) / 2),
-                t[2][a] = t[0][a] + (t[1][a] - t[0][a]) / 2;
-            break;
-        case 5: // along the cell diagonal
-            for (int a = 0; a < 3; ++a) t[1][a] = t[0][a] + (t[1][0] - t[0][0]);
-            break;
-        default:
-            break;
-        }
-        return t;
-    }
-};
 
 /// All cells of the triangle's box, grown by one, against the oracle. Returns the number of pairs.
 std::uint64_t compare(const std::array<LatticePoint, 3> &t)
