@@ -107,13 +107,14 @@ private:
 
     void verify(const fs::path &path)
     {
+        const AssetKind kind = asset_kind(path);
         const VerifiedAsset asset = verify_asset(path);
         ok_.insert(path);
         json entry = {{"path", path.string()}, {"ok", true}, {"kind", asset.kind}, {"bytes", asset.bytes}};
         if (!o_.json) fmt::print("ok {} {} {}, {}\n", path.string(), asset.kind, asset.summary, format_size(asset.bytes));
         if (reference_) {
             bool same_source = false;
-            const std::vector<Measure> measures = measure(path, same_source);
+            const std::vector<Measure> measures = measure(path, kind, same_source);
             entry["against"] = {{"path", o_.against}, {"same_source", same_source}, {"measures", json::array()}};
             for (const Measure &m : measures) {
                 entry["against"]["measures"].push_back(as_json(m));
@@ -128,9 +129,8 @@ private:
         json_["files"].push_back(std::move(entry));
     }
 
-    std::vector<Measure> measure(const fs::path &path, bool &same_source)
+    std::vector<Measure> measure(const fs::path &path, AssetKind kind, bool &same_source)
     {
-        const AssetKind kind = asset_kind(path);
         if (kind == AssetKind::pointshell) {
             const PointshellFile file = read_pointshell(path);
             same_source = file.source_hash == reference_->points_hash;
