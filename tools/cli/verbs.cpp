@@ -8,27 +8,15 @@ std::span<const Verb> verbs()
     static constexpr Verb table[] = {
         {"convert", "CAD files and scenes to assets: .stl .gltf .glb .scene.json -> .vdb .voxmap .pointshell",
          "voxshell convert part.stl --unit mm -o out --voxel 0.5mm", add_convert},
-#ifdef VOXSHELL_HAS_INSPECT
         {"inspect", "what is in an asset", "voxshell inspect out/part.voxmap", add_inspect},
-#endif
-#ifdef VOXSHELL_HAS_VERIFY
         {"verify", "every rule of the format, checksums and semantics",
          "voxshell verify out/\nvoxshell verify out/part.pointshell --against part.stl --unit mm", add_verify},
-#endif
-#ifdef VOXSHELL_HAS_DIFF
         {"diff", "what differs between two assets: structure, then values",
          "voxshell diff old/part.voxmap new/part.voxmap", add_diff},
-#endif
-#ifdef VOXSHELL_HAS_PACK
         {"pack", ".vdb to .voxmap", "voxshell pack part.vdb -o part.voxmap", add_pack},
-#endif
-#ifdef VOXSHELL_HAS_EXPORT
         {"export", "an asset as .vdb, .ply, .glb or .csv", "voxshell export part.pointshell -o part.ply", add_export},
-#endif
-#ifdef VOXSHELL_HAS_SIMULATE
         {"simulate", "the servo loop on a device", "voxshell simulate cup.scene.json --seconds 5 --trace trace.csv",
          add_simulate},
-#endif
     };
     return table;
 }
