@@ -42,6 +42,7 @@ VoxmapFile read_cells(const std::filesystem::path &path, AssetKind kind)
     VdbFile vdb = read_vdb(path);
     VoxmapFile file;
     file.cells = std::move(vdb.cells);
+    file.channels = std::move(vdb.channels);
     file.source_hash = vdb.source_hash;
     file.meta = std::move(vdb.meta);
     return file;

@@ -35,11 +35,7 @@ Write whole(std::vector<std::uint8_t> bytes)
 
 Write write_cells(const std::shared_ptr<const VoxmapFile> &file, const std::string &ending)
 {
-    if (ending == ".vdb") {
-        if (!file->channels.layer.empty() || !file->channels.distance.empty())
-            throw Failure(ExitCode::unsupported, "", "the map has channels, which a .vdb of this version does not carry");
-        return whole(vdb_bytes(file->cells, file->source_hash, file->meta));
-    }
+    if (ending == ".vdb") return whole(vdb_bytes(file->cells, file->source_hash, file->meta, file->channels));
     if (ending == ".voxmap") return whole(voxmap_bytes(*file));
     if (ending == ".glb") return whole(cells_glb(file->cells));
     if (ending == ".ply") return [file](const Outputs::Sink &sink) { cells_ply(file->cells, sink); };

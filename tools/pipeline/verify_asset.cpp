@@ -83,12 +83,10 @@ void verify_twins(const fs::path &vdb, const fs::path &voxmap)
                                   voxmap.filename().string()));
     };
     if (a.source_hash != b.source_hash) differ("comes from another source");
-    b.channels = {}; // their free bricks are no cells
-    VoxmapFile c;
-    c.cells = a.cells;
-    c.source_hash = b.source_hash;
-    c.meta = b.meta;
-    if (voxmap_bytes(b) != voxmap_bytes(c)) differ("holds other cells");
+    VoxmapFile c{a.cells, a.channels, b.source_hash, b.meta};
+    if (c.channels.layer.empty() || b.channels.layer.empty()) c.channels.layer = b.channels.layer = {};
+    if (c.channels.distance.empty() || b.channels.distance.empty()) c.channels.distance = b.channels.distance = {};
+    if (voxmap_bytes(b) != voxmap_bytes(c)) differ("holds other cells or channels");
 }
 
 } // namespace voxshell

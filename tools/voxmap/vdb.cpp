@@ -45,13 +45,16 @@ openvdb::Coord coord(std::int64_t i, std::int64_t j, std::int64_t k)
 
 constexpr std::array<std::uint64_t, 8> none{}, all{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
 
+openvdb::Coord corner(const Cell &origin, const BrickAt &at)
+{
+    return coord(8 * (origin[0] + at[0]), 8 * (origin[1] + at[1]), 8 * (origin[2] + at[2]));
+}
+
 void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
 {
     for (const Brick &brick : cells.bricks) {
         if (brick.interior == all || (brick.surface == none && brick.interior == none)) continue; // a tile, or nothing
-        auto *leaf = new Leaf(coord(8 * (origin[0] + brick.at[0]), 8 * (origin[1] + brick.at[1]),
-                                    8 * (origin[2] + brick.at[2])),
-                              0, false);
+        auto *leaf = new Leaf(corner(origin, brick.at), VXS_CELL_FREE, false);
         Leaf::ValueType *values = leaf->buffer().data();
         Leaf::NodeMaskType active;
         for (std::uint32_t i = 0; i < 8; ++i) {
@@ -67,12 +70,14 @@ void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
 }
 
 /// Solid bricks as tiles: a block of 16^3 bricks that is solid throughout as one tile, others brick by brick.
-/// What is large and solid costs its surface, not its volume.
-void add_solid(const Cells &cells, const Cell &origin, Tree &tree)
+/// What is large and solid costs its surface, not its volume. Solid bricks that Cells holds as such count where
+/// `with_bricks` says so.
+template <typename AnyTree>
+void add_solid(const Cells &cells, const Cell &origin, AnyTree &tree, typename AnyTree::ValueType value, bool active, bool with_bricks)
 {
     const auto each_block = [&](auto &&visit) {
         for (const Brick &brick : cells.bricks)
-            if (brick.interior == all)
+            if (with_bricks && brick.interior == all)
                 visit(Cell{origin[0] + brick.at[0], origin[1] + brick.at[1], origin[2] + brick.at[2]}, origin[2] + brick.at[2]);
         for (const SolidRun &run : cells.solid) {
             const std::int64_t i = origin[0] + run.i, j = origin[1] + run.j, last = origin[2] + run.last;
@@ -88,12 +93,29 @@ void add_solid(const Cells &cells, const Cell &origin, Tree &tree)
     each_block([&](const Cell &first, std::int64_t stop) {
         if (solid[block(first)] == block_bricks * block_bricks * block_bricks) {
             if (((first[0] | first[1] | first[2]) & (block_bricks - 1)) == 0)
-                tree.addTile(2, coord(8 * first[0], 8 * first[1], 8 * first[2]), VXS_CELL_INTERIOR, true);
+                tree.addTile(2, coord(8 * first[0], 8 * first[1], 8 * first[2]), value, active);
             return;
         }
         for (std::int64_t k = first[2]; k <= stop; ++k)
-            tree.addTile(1, coord(8 * first[0], 8 * first[1], 8 * k), VXS_CELL_INTERIOR, true);
+            tree.addTile(1, coord(8 * first[0], 8 * first[1], 8 * k), value, active);
     });
+}
+
+/// A leaf per brick, active throughout, so that the bricks can be told again. Elsewhere what is beyond, inactive.
+template <typename Grid, typename Value>
+typename Grid::Ptr channel_grid(const char *name, const Cells &cells, const Cell &origin, typename Grid::ValueType outside,
+                                typename Grid::ValueType inside, Value value)
+{
+    using AnyLeaf = typename Grid::TreeType::LeafNodeType;
+    auto grid = Grid::create(outside);
+    grid->setName(name);
+    add_solid(cells, origin, grid->tree(), inside, false, false);
+    for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
+        auto *leaf = new AnyLeaf(corner(origin, cells.bricks[b].at), outside, true);
+        for (std::size_t c = 0; c < 512; ++c) leaf->buffer().data()[c] = value(b, c);
+        grid->tree().addLeaf(leaf);
+    }
+    return grid;
 }
 
 /// A UUID of version 8 (vendor's own) from the hash of the file with the nil UUID in its place.
@@ -113,7 +135,7 @@ std::string content_uuid(std::span<const std::uint8_t> bytes)
 
 } // namespace
 
-std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta)
+std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta, const Channels &channels)
 {
     openvdb::initialize();
     for (int axis = 0; axis < 3; ++axis) {
@@ -124,16 +146,11 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
                                       cells.min[axis], cells.max[axis], axis, vdb_max_index));
     }
     const Cell origin{cells.origin[0] >> 3, cells.origin[1] >> 3, cells.origin[2] >> 3}; // in bricks
-    auto grid = openvdb::Int32Grid::create(VXS_CELL_FREE);
-    grid->setName(vdb_grid_name);
     const VdbUnit unit = *std::find_if(vdb_units.begin(), vdb_units.end() - 1,
                                        [&](const VdbUnit &each) { return cells.voxel >= vdb_min_scale * each.metres; });
     const double scale = cells.voxel / unit.metres;
     auto transform = openvdb::math::Transform::createLinearTransform(scale);
     transform->postTranslate(openvdb::Vec3d(scale / 2));
-    grid->setTransform(transform);
-    add_bricks(cells, origin, grid->tree());
-    add_solid(cells, origin, grid->tree());
 
     openvdb::MetaMap metadata;
     metadata.insertMeta(vdb_meta_voxel, openvdb::DoubleMetadata(cells.voxel));
@@ -142,7 +159,34 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
     metadata.insertMeta(vdb_meta_options, openvdb::StringMetadata(meta));
     metadata.insertMeta(vdb_meta_closed, openvdb::BoolMetadata(cells.closed));
 
-    const std::string text = MemoryArchive().bytes({grid}, metadata);
+    openvdb::GridPtrVec grids;
+    auto state = openvdb::Int32Grid::create(VXS_CELL_FREE);
+    state->setName(vdb_grid_name);
+    add_bricks(cells, origin, state->tree());
+    add_solid(cells, origin, state->tree(), VXS_CELL_INTERIOR, true, true);
+    grids.push_back(state);
+    if (!channels.layer.empty()) {
+        const int beyond = channels.layer_count + 1;
+        metadata.insertMeta(vdb_meta_layers, openvdb::Int32Metadata(channels.layer_count));
+        grids.push_back(channel_grid<openvdb::Int32Grid>(vdb_layer_grid, cells, origin, beyond, -beyond, [&](std::size_t b, std::size_t c) {
+            return int{channels.layer[b][c]};
+        }));
+    }
+    if (!channels.distance.empty()) {
+        const double step = channels.distance_step / unit.metres;
+        const auto beyond = static_cast<float>(channels.distance_band / unit.metres);
+        metadata.insertMeta(vdb_meta_step, openvdb::DoubleMetadata(channels.distance_step));
+        metadata.insertMeta(vdb_meta_band, openvdb::DoubleMetadata(channels.distance_band));
+        metadata.insertMeta(vdb_meta_error, openvdb::DoubleMetadata(channels.distance_error));
+        metadata.insertMeta(vdb_meta_unsigned, openvdb::BoolMetadata(channels.unsigned_distance));
+        grids.push_back(channel_grid<openvdb::FloatGrid>(
+            vdb_distance_grid, cells, origin, beyond, channels.unsigned_distance ? beyond : -beyond,
+            [&](std::size_t b, std::size_t c) { return static_cast<float>(channels.distance[b][c] * step); }));
+        if (!channels.unsigned_distance) grids.back()->setGridClass(openvdb::GRID_LEVEL_SET);
+    }
+    for (const auto &grid : grids) grid->setTransform(transform);
+
+    const std::string text = MemoryArchive().bytes({grids.begin(), grids.end()}, metadata);
     std::vector<std::uint8_t> bytes(text.begin(), text.end());
     const std::string uuid = content_uuid(bytes);
     std::copy(uuid.begin(), uuid.end(), bytes.begin() + uuid_offset);

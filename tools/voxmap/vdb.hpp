@@ -3,7 +3,7 @@
 #pragma once
 
 #include "container/container.hpp"
-#include "voxmap/cells.hpp"
+#include "voxmap/channels.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -17,11 +17,14 @@ namespace voxshell {
 /// with index (0,0,0) at world (h/2, h/2, h/2) in metres (a voxel below 20 micrometres: in the `unit` that the metadata
 /// name), file metadata (`voxel` in metres, `unit`, `source_sha256`, `options`, `closed`), the file's UUID
 /// derived from the content instead of OpenVDB's random one. Solid runs become tiles, not voxels. Throws
-/// Failure(requirement) if a cell's index does not fit 32 bits.
-std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta);
+/// Failure(requirement) if a cell's index does not fit 32 bits. Channels become grids `layer` (Int32) and `distance`
+/// (Float, in the transform's unit; a level set if it is signed): active where they speak, else "beyond".
+std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta,
+                                    const Channels &channels = {});
 
 struct VdbFile {
     Cells cells;
+    Channels channels; ///< none by default
     Sha256 source_hash{}; ///< zero if the file names none
     std::string meta;     ///< JSON; "{}" if the file has none
 };

@@ -116,10 +116,14 @@ TileIterator tiles_of(const Tree &tree)
     return tile;
 }
 
-/// Sets the box's origin; refuses what the format cannot hold, before a hostile tile of 4096^3 cells is spread out.
-Box box_of(const Tree &tree)
+/// Min corners of the leaves of the channels, which have the same ones.
+using Leaves = std::vector<openvdb::Coord>;
+
+/// Refuses what the format cannot hold, before a hostile tile of 4096^3 cells is spread out.
+Box box_of(const Tree &tree, const Leaves &spoken)
 {
     Box box;
+    for (const openvdb::Coord &leaf : spoken) box.grow(leaf, leaf.offsetBy(Leaf::DIM - 1));
     for (TileIterator tile = tiles_of(tree); tile; ++tile) {
         const openvdb::CoordBBox cells = tile.getBoundingBox();
         if (state_of(tile.getValue(), tile.isValueOn(), cells.min()) != VXS_CELL_FREE) box.grow(cells.min(), cells.max());
@@ -159,20 +163,55 @@ void join(std::vector<SolidRun> &runs)
     runs.resize(kept);
 }
 
-void fill(const Tree &tree, Cells &cells)
+constexpr std::array<std::uint64_t, 8> none{}, all{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
+
+BrickAt relative(const Cells &cells, const openvdb::Coord &at)
 {
-    const Box box = box_of(tree);
+    BrickAt brick;
+    for (int a = 0; a < 3; ++a) brick[a] = static_cast<std::int32_t>((at[a] - cells.origin[a]) >> 3);
+    return brick;
+}
+
+bool before(const Brick &a, const Brick &b)
+{
+    return a.at < b.at;
+}
+
+/// Makes bricks of what the channels speak in and the state holds as tiles or not at all.
+void add_spoken(const Leaves &spoken, Cells &cells)
+{
+    std::vector<BrickAt> extra;
+    for (const openvdb::Coord &leaf : spoken) {
+        const BrickAt at = relative(cells, leaf);
+        if (!std::binary_search(cells.bricks.begin(), cells.bricks.end(), Brick{at, {}, {}}, before)) extra.push_back(at);
+    }
+    std::sort(extra.begin(), extra.end());
+    std::vector<SolidRun> solid;
+    std::vector<Brick> bricks;
+    auto next = extra.begin();
+    for (SolidRun run : cells.solid) {
+        for (; next != extra.end() && *next < BrickAt{run.i, run.j, run.first}; ++next) bricks.push_back({*next, none, none});
+        for (; next != extra.end() && *next <= BrickAt{run.i, run.j, run.last}; ++next) {
+            bricks.push_back({*next, none, all});
+            if (run.first < (*next)[2]) solid.push_back({run.i, run.j, run.first, (*next)[2] - 1});
+            run.first = (*next)[2] + 1;
+        }
+        if (run.first <= run.last) solid.push_back(run);
+    }
+    for (; next != extra.end(); ++next) bricks.push_back({*next, none, none});
+    cells.solid = std::move(solid);
+    cells.bricks.insert(cells.bricks.end(), bricks.begin(), bricks.end());
+    std::sort(cells.bricks.begin(), cells.bricks.end(), before);
+}
+
+void fill(const Tree &tree, const Leaves &spoken, Cells &cells)
+{
+    const Box box = box_of(tree, spoken);
     for (int a = 0; a < 3; ++a) cells.origin[a] = (box.min[a] >> 3) * VXS_VOXMAP_CHUNK_CELLS;
-    const auto relative = [&](const openvdb::Coord &at) {
-        BrickAt brick;
-        for (int a = 0; a < 3; ++a) brick[a] = static_cast<std::int32_t>((at[a] - cells.origin[a]) >> 3);
-        return brick;
-    };
-    constexpr std::array<std::uint64_t, 8> none{}, all{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
     for (TileIterator tile = tiles_of(tree); tile; ++tile) {
         if (tile.getValue() == VXS_CELL_FREE) continue;
         const openvdb::CoordBBox span = tile.getBoundingBox();
-        const BrickAt low = relative(span.min()), high = relative(span.max());
+        const BrickAt low = relative(cells, span.min()), high = relative(cells, span.max());
         for (std::int32_t i = low[0]; i <= high[0]; ++i)
             for (std::int32_t j = low[1]; j <= high[1]; ++j) {
                 if (tile.getValue() == VXS_CELL_INTERIOR) {
@@ -184,14 +223,103 @@ void fill(const Tree &tree, Cells &cells)
     }
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
         Brick brick = brick_of(*leaf);
-        brick.at = relative(leaf->origin());
+        brick.at = relative(cells, leaf->origin());
         if (brick.interior == all)
             cells.solid.push_back({brick.at[0], brick.at[1], brick.at[2], brick.at[2]});
         else if (brick.surface != none || brick.interior != none)
             cells.bricks.push_back(brick);
     }
-    std::sort(cells.bricks.begin(), cells.bricks.end(), [](const Brick &a, const Brick &b) { return a.at < b.at; });
+    std::sort(cells.bricks.begin(), cells.bricks.end(), before);
     join(cells.solid);
+    add_spoken(spoken, cells);
+}
+
+template <typename Grid> typename Grid::Ptr read_grid(openvdb::io::File &file, const char *name)
+{
+    const openvdb::GridBase::Ptr base = file.readGrid(name);
+    const auto grid = openvdb::gridPtrCast<Grid>(base);
+    if (!grid) refuse(fmt::format("grid `{}` is of type {}, not {}", name, base ? base->valueType() : "none", openvdb::typeNameAsString<typename Grid::ValueType>()));
+    return grid;
+}
+
+template <typename Grid> Leaves leaves_of(const Grid &grid)
+{
+    Leaves leaves;
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) leaves.push_back(leaf->origin());
+    std::sort(leaves.begin(), leaves.end());
+    return leaves;
+}
+
+int state_of(const Brick &brick, std::size_t c)
+{
+    return brick.surface[c >> 6] >> (c & 63) & 1    ? VXS_CELL_SURFACE
+           : brick.interior[c >> 6] >> (c & 63) & 1 ? VXS_CELL_INTERIOR
+                                                    : VXS_CELL_FREE;
+}
+
+/// The channel's values in brick order. `stored(value, state, cell)` turns one into what a voxmap stores, or refuses.
+template <typename T, typename Grid, typename Stored>
+std::vector<std::array<T, 512>> channel_of(const Grid &grid, const Cells &cells, Stored stored)
+{
+    std::vector<std::array<T, 512>> channel(cells.bricks.size());
+    std::size_t seen = 0;
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf, ++seen) {
+        const auto *values = leaf->buffer().data();
+        const auto brick = std::lower_bound(cells.bricks.begin(), cells.bricks.end(), Brick{relative(cells, leaf->origin()), {}, {}}, before);
+        if (!values || brick == cells.bricks.end()) refuse(fmt::format("the leaf of grid `{}` at {} is damaged", grid.getName(), name(leaf->origin())));
+        for (openvdb::Index c = 0; c < 512; ++c)
+            channel[static_cast<std::size_t>(brick - cells.bricks.begin())][c] =
+                stored(values[c], state_of(*brick, c), leaf->offsetToGlobalCoord(c));
+    }
+    if (seen != cells.bricks.size())
+        refuse(fmt::format("grid `{}` has {} leaves for {} bricks that hold surface or are spoken of", grid.getName(), seen, cells.bricks.size()));
+    return channel;
+}
+
+[[noreturn]] void refuse_value(const char *grid, double value, int state, const openvdb::Coord &at)
+{
+    refuse(fmt::format("grid `{}` says {} of cell {}, whose state is {}", grid, value, name(at), state));
+}
+
+void read_layers(const openvdb::Int32Grid &grid, const openvdb::MetaMap &metadata, VdbFile &file)
+{
+    const int count = value_of<openvdb::Int32>(metadata, vdb_meta_layers).value_or(0);
+    if (count < 1 || count > VXS_VOXMAP_MAX_LAYERS) refuse(fmt::format("file metadata `layer_count` is {}", count));
+    file.channels.layer_count = count;
+    file.channels.layer = channel_of<std::int8_t>(grid, file.cells, [&](openvdb::Int32 value, int state, const openvdb::Coord &at) {
+        const int sign = state == VXS_CELL_SURFACE ? 0 : state == VXS_CELL_FREE ? 1 : -1;
+        if ((value > 0) - (value < 0) != sign || std::abs(std::int64_t{value}) > count + 1) refuse_value(vdb_layer_grid, value, state, at);
+        return static_cast<std::int8_t>(value);
+    });
+}
+
+void read_distances(const openvdb::FloatGrid &grid, const openvdb::MetaMap &metadata, double unit, VdbFile &file)
+{
+    Channels &channels = file.channels;
+    channels.distance_step = value_of<double>(metadata, vdb_meta_step).value_or(0);
+    channels.distance_band = value_of<double>(metadata, vdb_meta_band).value_or(0);
+    channels.distance_error = value_of<double>(metadata, vdb_meta_error).value_or(-1);
+    channels.unsigned_distance = value_of<bool>(metadata, vdb_meta_unsigned).value_or(false);
+    const double step = channels.distance_step, most = std::round(channels.distance_band / step);
+    if (!(step >= 1e-30 && most >= 1 && most <= 32767 && channels.distance_error >= 0 && channels.distance_error < 1e30))
+        refuse("file metadata `distance_step`, `distance_band`, `distance_error` are missing or make no sense");
+    channels.distance = channel_of<std::int16_t>(grid, file.cells, [&](float value, int state, const openvdb::Coord &at) {
+        const double steps = std::round(double{value} * unit / step);
+        const bool sign = channels.unsigned_distance ? steps >= 0 : state == VXS_CELL_FREE ? steps >= 0 : state == VXS_CELL_SURFACE || steps <= 0;
+        if (!(std::abs(steps) <= most) || !sign) refuse_value(vdb_distance_grid, double{value}, state, at);
+        return static_cast<std::int16_t>(steps);
+    });
+}
+
+/// Reads the optional grids, then the cells, which are told by both.
+void read_grids(openvdb::io::File &file, const openvdb::Int32Grid &state, const openvdb::MetaMap &metadata, double unit, VdbFile &result)
+{
+    const auto layer = file.hasGrid(vdb_layer_grid) ? read_grid<openvdb::Int32Grid>(file, vdb_layer_grid) : nullptr;
+    const auto distance = file.hasGrid(vdb_distance_grid) ? read_grid<openvdb::FloatGrid>(file, vdb_distance_grid) : nullptr;
+    const Leaves spoken = layer ? leaves_of(*layer) : distance ? leaves_of(*distance) : Leaves{};
+    fill(state.tree(), spoken, result.cells);
+    if (layer) read_layers(*layer, metadata, result);
+    if (distance) read_distances(*distance, metadata, unit, result);
 }
 
 } // namespace
@@ -202,9 +330,7 @@ VdbFile parse_vdb(const std::filesystem::path &path)
     openvdb::io::File file(path.string());
     file.open(false); // delayed loading would copy the file and fail later
     if (!file.hasGrid(vdb_grid_name)) refuse("has no grid `state`: not a voxmap");
-    const openvdb::GridBase::Ptr base = file.readGrid(vdb_grid_name);
-    const auto grid = openvdb::gridPtrCast<openvdb::Int32Grid>(base);
-    if (!grid) refuse(fmt::format("grid `state` is of type {}, not Int32", base ? base->valueType() : "none"));
+    const auto grid = read_grid<openvdb::Int32Grid>(file, vdb_grid_name);
     if (grid->background() != VXS_CELL_FREE) refuse(fmt::format("grid `state` has background {}, not 0", grid->background()));
 
     VdbFile result;
@@ -221,7 +347,7 @@ VdbFile parse_vdb(const std::filesystem::path &path)
     result.source_hash = source_of(metadata);
     result.meta = value_of<std::string>(metadata, vdb_meta_options).value_or("{}");
     if (result.meta.size() > vdb_max_meta) refuse(fmt::format("file metadata `options` has {} bytes", result.meta.size()));
-    fill(grid->tree(), result.cells);
+    read_grids(file, *grid, metadata, known->metres, result);
     return result;
 }
 

@@ -15,6 +15,13 @@ inline constexpr const char *vdb_meta_unit = "unit";            ///< of the tran
 inline constexpr const char *vdb_meta_source = "source_sha256"; ///< 64 hexadecimal digits
 inline constexpr const char *vdb_meta_options = "options";      ///< JSON
 inline constexpr const char *vdb_meta_closed = "closed";        ///< bool
+inline constexpr const char *vdb_layer_grid = "layer";
+inline constexpr const char *vdb_distance_grid = "distance";
+inline constexpr const char *vdb_meta_layers = "layer_count";       ///< int
+inline constexpr const char *vdb_meta_step = "distance_step";       ///< double [m]
+inline constexpr const char *vdb_meta_band = "distance_band";       ///< double [m]
+inline constexpr const char *vdb_meta_error = "distance_error";     ///< double [m]
+inline constexpr const char *vdb_meta_unsigned = "distance_unsigned"; ///< bool
 inline constexpr std::int64_t vdb_max_index = (std::int64_t{1} << 31) - (1 << 13); ///< a 4096^3 node still fits
 inline constexpr std::size_t vdb_max_meta = std::size_t{16} << 20;                 ///< bytes
 

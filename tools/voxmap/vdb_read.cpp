@@ -40,12 +40,15 @@ struct Limits {
 };
 
 struct Answer { ///< what comes through the pipe first
-    std::int32_t code; ///< ExitCode; ok: bricks, runs and meta follow, else the error's text as meta
+    std::int32_t code; ///< ExitCode; ok: all lists follow, else the error's text as meta
     std::uint32_t closed;
     double voxel;
     Cell origin;
-    std::uint64_t bricks, runs, meta;
+    std::uint64_t bricks, runs, layers, distances, meta;
     Sha256 source_hash;
+    std::int32_t layer_count;
+    std::uint32_t unsigned_distance;
+    double distance_band, distance_step, distance_error;
 };
 
 bool send(int pipe, const void *data, std::size_t size)
@@ -59,6 +62,11 @@ bool send(int pipe, const void *data, std::size_t size)
         size -= static_cast<std::size_t>(done);
     }
     return true;
+}
+
+template <typename List> bool send_all(int pipe, const List &list)
+{
+    return send(pipe, list.data(), list.size() * sizeof(list[0]));
 }
 
 void limit(int resource, std::uint64_t value)
@@ -94,12 +102,22 @@ std::uint64_t address_space()
     try {
         const VdbFile file = parse_vdb(path);
         const Cells &cells = file.cells;
-        answer = {0,           cells.closed,       cells.voxel,       cells.origin, cells.bricks.size(),
-                  cells.solid.size(), file.meta.size(), file.source_hash};
-        const bool sent = send(pipe, &answer, sizeof answer) &&
-                          send(pipe, cells.bricks.data(), cells.bricks.size() * sizeof(Brick)) &&
-                          send(pipe, cells.solid.data(), cells.solid.size() * sizeof(SolidRun)) &&
-                          send(pipe, file.meta.data(), file.meta.size());
+        answer.closed = cells.closed;
+        answer.voxel = cells.voxel;
+        answer.origin = cells.origin;
+        answer.bricks = cells.bricks.size();
+        answer.runs = cells.solid.size();
+        answer.layers = file.channels.layer.size();
+        answer.distances = file.channels.distance.size();
+        answer.meta = file.meta.size();
+        answer.source_hash = file.source_hash;
+        answer.layer_count = file.channels.layer_count;
+        answer.unsigned_distance = file.channels.unsigned_distance;
+        answer.distance_band = file.channels.distance_band;
+        answer.distance_step = file.channels.distance_step;
+        answer.distance_error = file.channels.distance_error;
+        const bool sent = send(pipe, &answer, sizeof answer) && send_all(pipe, cells.bricks) && send_all(pipe, cells.solid) &&
+                          send_all(pipe, file.channels.layer) && send_all(pipe, file.channels.distance) && send_all(pipe, file.meta);
         ::_exit(sent ? 0 : 1); // not exit(): the tree's destructor starts threads that a fork has not
     } catch (const Failure &failure) {
         answer.code = static_cast<std::int32_t>(failure.code);
@@ -199,20 +217,29 @@ VdbFile receive(Child &reader, const Limits &limits)
     Answer answer;
     if (!reader.read(&answer, sizeof answer)) give_up();
     const bool sane = answer.meta <= vdb_max_meta && answer.bricks <= limits.memory / sizeof(Brick) &&
-                      answer.runs <= limits.memory / sizeof(SolidRun);
+                      answer.runs <= limits.memory / sizeof(SolidRun) && (answer.layers == 0 || answer.layers == answer.bricks) &&
+                      (answer.distances == 0 || answer.distances == answer.bricks);
     if (!sane) throw Failure(ExitCode::invalid, "", "OpenVDB's reader sent nonsense: damaged or hostile file");
     VdbFile file;
-    file.meta.resize(answer.meta);
     if (answer.code != 0) {
+        file.meta.resize(answer.meta);
         if (!reader.read(file.meta.data(), answer.meta)) give_up();
         throw Failure(static_cast<ExitCode>(answer.code), "", file.meta);
     }
-    file.cells.bricks.resize(answer.bricks);
-    file.cells.solid.resize(answer.runs);
-    if (!reader.read(file.cells.bricks.data(), answer.bricks * sizeof(Brick)) ||
-        !reader.read(file.cells.solid.data(), answer.runs * sizeof(SolidRun)) ||
-        !reader.read(file.meta.data(), answer.meta))
-        give_up();
+    const auto receive_all = [&](auto &list, std::uint64_t count) {
+        list.resize(count);
+        if (!reader.read(list.data(), count * sizeof(list[0]))) give_up();
+    };
+    receive_all(file.cells.bricks, answer.bricks);
+    receive_all(file.cells.solid, answer.runs);
+    receive_all(file.channels.layer, answer.layers);
+    receive_all(file.channels.distance, answer.distances);
+    receive_all(file.meta, answer.meta);
+    file.channels.layer_count = answer.layer_count;
+    file.channels.unsigned_distance = answer.unsigned_distance != 0;
+    file.channels.distance_band = answer.distance_band;
+    file.channels.distance_step = answer.distance_step;
+    file.channels.distance_error = answer.distance_error;
     file.cells.voxel = answer.voxel;
     file.cells.origin = answer.origin;
     file.cells.closed = answer.closed != 0;
