@@ -160,7 +160,7 @@ class Convert(command.CommandTest):
         leak = report['parts'][0]['leak']
         self.assertLess(math.dist(leak['at_m'], (0, 0, 0)), 0.01)
         self.assertGreaterEqual(abs(leak['winding']), 0.5)
-        self.convert(hole, '-o', 'closed', '--voxel', '0.5mm', '--unit', 'mm', '--report', 'r.json', '--close-gap', '6mm')
+        self.convert(hole, '-o', 'closed', '--voxel', '0.5mm', '--unit', 'mm', '--report', 'r.json', '--close-gaps', '6mm')
         self.assertGreater(self.load('r.json')['parts'][0]['interior_cells'], 25000)
 
     def test_inside_out(self):

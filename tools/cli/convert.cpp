@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes the
-// cells and what moves the points.
+// voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes
+// the cells and what moves the points.
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
@@ -49,12 +49,14 @@ Input input_of(const std::string &text)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     if (dot != std::string::npos) name.resize(dot);
     if (name.empty()) throw Failure(ExitCode::usage, text, "has no name before its ending");
-    if (ending == ".json" && name.ends_with(".scene") && name != ".scene") return {path, InputKind::scene, scene_name(path)};
+    if (ending == ".json" && name.ends_with(".scene") && name != ".scene")
+        return {path, InputKind::scene, scene_name(path)};
     if (ending == ".stl") return {path, InputKind::stl, name};
     if (ending == ".gltf" || ending == ".glb") return {path, InputKind::gltf, name};
     throw Failure(ExitCode::unsupported, text,
-                  ending.empty() ? "has no ending; .stl, .gltf, .glb or .scene.json is needed"
-                                 : fmt::format("the ending '{}' is not one of .stl, .gltf, .glb, .scene.json", ending));
+                  ending.empty()
+                      ? "has no ending; .stl, .gltf, .glb or .scene.json is needed"
+                      : fmt::format("the ending '{}' is not one of .stl, .gltf, .glb, .scene.json", ending));
 }
 
 std::vector<Input> inputs_of(const ConvertOptions &o)
@@ -67,7 +69,8 @@ std::vector<Input> inputs_of(const ConvertOptions &o)
         const Input &input = inputs.back();
         const auto [other, is_new] = names.emplace(input.name, text);
         if (!is_new)
-            throw Failure(ExitCode::usage, text, fmt::format("and {} would both write {}.voxmap", other->second, input.name));
+            throw Failure(ExitCode::usage, text,
+                          fmt::format("and {} would both write {}.voxmap", other->second, input.name));
         stl |= input.kind == InputKind::stl;
         if (input.kind == InputKind::stl && o.unit.empty())
             throw Failure(ExitCode::usage, text, "an STL file has no unit; say --unit mm (or cm, m, in)");
@@ -77,7 +80,8 @@ std::vector<Input> inputs_of(const ConvertOptions &o)
         throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm");
     if ((o.voxel != 0 || o.up != "y") && std::any_of(inputs.begin(), inputs.end(), is_scene))
         throw Failure(ExitCode::usage, "", "--voxel and --up: not for a scene, it says these itself");
-    if (!o.unit.empty() && !stl) throw Failure(ExitCode::usage, "", "--unit: only for STL, glTF is in metres");
+    if (!o.unit.empty() && !stl)
+        throw Failure(ExitCode::usage, "", "--unit: only for STL, glTF is in metres");
     return inputs;
 }
 
@@ -89,11 +93,12 @@ void check_writable(const fs::path &path)
     while (!fs::exists(at, ignored) && at.has_parent_path() && at != at.parent_path()) at = at.parent_path();
     if (!fs::exists(at, ignored)) at = ".";
     if (!fs::is_directory(at)) throw Failure(ExitCode::system, at.string(), "is not a folder");
-    if (access(at.c_str(), W_OK | X_OK) != 0) throw Failure(ExitCode::system, at.string(), "no permission to write here");
+    if (access(at.c_str(), W_OK | X_OK) != 0)
+        throw Failure(ExitCode::system, at.string(), "no permission to write here");
 }
 
 class Convert {
-public:
+  public:
     explicit Convert(const ConvertOptions &o)
         : o_(o), progress_(make_progress(o.progress, o.quiet)), report_(o.reproducible)
     {
@@ -117,7 +122,8 @@ public:
                 o_.dry_run ? foresee(input) : convert(input);
             } catch (...) {
                 Failure failure = current_failure();
-                if (failure.file.empty() && failure.code != ExitCode::interrupted) failure.file = input.path.string();
+                if (failure.file.empty() && failure.code != ExitCode::interrupted)
+                    failure.file = input.path.string();
                 if (failure.code == ExitCode::interrupted) throw failure;
                 report_.failed(input.path, failure);
                 worst = std::max(worst, failure.code);
@@ -135,7 +141,7 @@ public:
         return worst;
     }
 
-private:
+  private:
     Scene read(const Input &input)
     {
         progress_->stage("read", 0);
@@ -166,7 +172,8 @@ private:
         if (input.kind != InputKind::scene) {
             const Scene scene = read(input);
             const Part part = convert_part(scene, options, *progress_);
-            write(input, o_.voxel, {{input.path.filename().string(), scene.source_hash, part}}, part.vdb, part.voxmap, part.pointshell);
+            write(input, o_.voxel, {{input.path.filename().string(), scene.source_hash, part}}, part.vdb,
+                  part.voxmap, part.pointshell);
             return;
         }
         const SceneFile scene = read_scene(input.path);
@@ -185,8 +192,8 @@ private:
         const Part &part;
     };
 
-    void write(const Input &input, double voxel, std::initializer_list<Made> made, const Bytes &vdb, const Bytes &voxmap,
-               const Bytes &pointshell)
+    void write(const Input &input, double voxel, std::initializer_list<Made> made, const Bytes &vdb,
+               const Bytes &voxmap, const Bytes &pointshell)
     {
         Outputs outputs(o_.force);
         const fs::path base = fs::path(o_.folder) / input.name;
@@ -204,20 +211,21 @@ private:
         }
         for (const auto &[ending, bytes] : files) report_.output(base.string() + ending, *bytes);
         if (!o_.json)
-            fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({})\n", base.string(), format_size(vdb.size()),
-                       format_size(voxmap.size()), format_size(pointshell.size()));
+            fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({})\n", base.string(),
+                       format_size(vdb.size()), format_size(voxmap.size()), format_size(pointshell.size()));
         std::fflush(stdout);
     }
 
     void tell(const std::string &label, const Part &part, double voxel) const
     {
-        std::string solid = part.mesh.closed ? fmt::format("closed, {:.6g} cm3", part.mesh.volume * 1e6) : "open";
+        std::string solid =
+            part.mesh.closed ? fmt::format("closed, {:.6g} cm3", part.mesh.volume * 1e6) : "open";
         fmt::print("{}: {} triangles, {}, {:.6g} cm2\n", label, format_count(part.mesh.triangles), solid,
                    part.mesh.area * 1e4);
         fmt::print("  cells   {} surface, {} interior of {}\n", format_count(part.surface_cells),
                    format_count(part.interior_cells), format_length(voxel));
-        fmt::print("  points  {}, gap at most {:.3f} voxels, at most {} off the surface\n", format_count(part.points),
-                   part.gap_max / voxel, format_length(part.surface_error));
+        fmt::print("  points  {}, gap at most {:.3f} voxels, at most {} off the surface\n",
+                   format_count(part.points), part.gap_max / voxel, format_length(part.surface_error));
     }
 
     void foresee(const Input &input)
@@ -262,7 +270,8 @@ private:
     const ConvertOptions &o_;
     std::unique_ptr<Progress> progress_;
     RunReport report_;
-    json foreseen_ = {{"schema", "voxshell-estimate/1"}, {"version", tool_version()}, {"estimates", json::array()}};
+    json foreseen_ = {
+        {"schema", "voxshell-estimate/1"}, {"version", tool_version()}, {"estimates", json::array()}};
 };
 
 } // namespace
@@ -270,19 +279,32 @@ private:
 VerbAction add_convert(CLI::App &verb)
 {
     auto o = std::make_shared<ConvertOptions>();
-    verb.add_option("INPUT", o->inputs, "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, NAME.pointshell")->required();
-    verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")->required()->type_name("DIR");
+    verb.add_option("INPUT", o->inputs,
+                    "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, "
+                    "NAME.pointshell")
+        ->required();
+    verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")
+        ->required()
+        ->type_name("DIR");
     add_length(verb, "--voxel", o->voxel,
-               "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m; no default: required, but a scene says it)");
-    verb.add_option("--up", o->up, "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
-        ->check(CLI::IsMember({"y", "z"}))->type_name("AXIS");
-    add_length(verb, "--close-gap", o->close_gap,
-               "fill a leaking part as if holes narrower than this were closed; cells and points stay (default: none; up to 64 voxels)");
-    verb.add_option("--shell", o->shell, "points: exact (on the surface) or naive (centres of cells) (default exact)")
-        ->check(CLI::IsMember({"exact", "naive"}))->type_name("KIND");
+               "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m; no default: required, but a "
+               "scene says it)");
+    verb.add_option(
+            "--up", o->up,
+            "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
+        ->check(CLI::IsMember({"y", "z"}))
+        ->type_name("AXIS");
+    add_length(verb, "--close-gaps", o->close_gap,
+               "fill a leaking part as if holes narrower than this were closed; cells and points stay "
+               "(default: none; up to 64 voxels)");
+    verb.add_option("--shell", o->shell,
+                    "points: exact (on the surface) or naive (centres of cells) (default exact)")
+        ->check(CLI::IsMember({"exact", "naive"}))
+        ->type_name("KIND");
     add_shared(verb, *o,
-               {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict, Shared::force, Shared::format,
-                Shared::report, Shared::reproducible, Shared::progress, Shared::quiet});
+               {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict,
+                Shared::force, Shared::format, Shared::report, Shared::reproducible, Shared::progress,
+                Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);
         return Convert(*o).run();

@@ -15,17 +15,20 @@ namespace {
 /// META: what the file was made with, and nothing of when, where or by whom.
 std::string meta(const std::string &name, const PartOptions &options, bool shell)
 {
-    nlohmann::ordered_json effective = {{"voxel_m", options.voxel},
-                                        {"unit_m", options.import.unit ? nlohmann::ordered_json(*options.import.unit) : nullptr},
-                                        {"up", options.import.z_up ? "z" : "y"},
-                                        {"close_gap_m", options.close_gap}};
+    nlohmann::ordered_json effective = {
+        {"voxel_m", options.voxel},
+        {"unit_m", options.import.unit ? nlohmann::ordered_json(*options.import.unit) : nullptr},
+        {"up", options.import.z_up ? "z" : "y"},
+        {"close_gap_m", options.close_gap}};
     if (shell) effective["shell"] = options.shell == ShellKind::exact ? "exact" : "naive";
-    return nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}, {"options", effective}}.dump();
+    return nlohmann::ordered_json{
+        {"tool", "voxshell"}, {"version", tool_version()}, {"name", name}, {"options", effective}}
+        .dump();
 }
 
 /// Facts about the mesh that a user wants to hear; with --strict, those that call for a guess end the work.
 class Judge {
-public:
+  public:
     Judge(bool strict, std::vector<Warning> &warnings) : strict_(strict), warnings_(warnings) {}
 
     void tell(const char *code, const std::string &message) { warnings_.push_back({code, message}); }
@@ -36,7 +39,7 @@ public:
         tell(code, message);
     }
 
-private:
+  private:
     bool strict_;
     std::vector<Warning> &warnings_;
 };
@@ -44,20 +47,25 @@ private:
 void judge_mesh(const MeshReport &mesh, Judge &judge)
 {
     if (!mesh.closed)
-        judge.guess("open-mesh", fmt::format("open mesh: {} boundary edges; where it does not enclose cells there is "
-                                             "surface only, no interior", mesh.boundary_edges));
+        judge.guess("open-mesh",
+                    fmt::format("open mesh: {} boundary edges; where it does not enclose cells there is "
+                                "surface only, no interior",
+                                mesh.boundary_edges));
     if (mesh.degenerate) judge.tell("degenerate", fmt::format("{} triangles without area", mesh.degenerate));
     if (mesh.duplicate) judge.tell("duplicate", fmt::format("{} triangles occur again", mesh.duplicate));
     if (mesh.non_manifold_edges)
-        judge.tell("non-manifold", fmt::format("{} edges are shared by three or more triangles", mesh.non_manifold_edges));
+        judge.tell("non-manifold",
+                   fmt::format("{} edges are shared by three or more triangles", mesh.non_manifold_edges));
 }
 
 void judge_orientation(const OrientReport &orient, Judge &judge)
 {
     if (orient.shells_flipped)
-        judge.guess("flipped-shells", fmt::format("{} inside-out shells were turned outwards", orient.shells_flipped));
+        judge.guess("flipped-shells",
+                    fmt::format("{} inside-out shells were turned outwards", orient.shells_flipped));
     else if (orient.flipped)
-        judge.guess("flipped-triangles", fmt::format("{} wrongly wound triangles were turned outwards", orient.flipped));
+        judge.guess("flipped-triangles",
+                    fmt::format("{} wrongly wound triangles were turned outwards", orient.flipped));
 }
 
 } // namespace
@@ -93,9 +101,11 @@ Part convert_part(const Scene &scene, const PartOptions &options, Progress &prog
     cells.closed = part.mesh.closed;
     if (part.cells.leak) {
         const Leak &leak = *part.cells.leak;
-        judge.guess("leak", fmt::format("the part leaks: outside cells lie within it (winding number {:.2f}), one at "
-                                        "({:.6g}, {:.6g}, {:.6g}) m; close the hole there, use a larger voxel or --close-gap",
-                                        leak.winding, leak.at[0], leak.at[1], leak.at[2]));
+        judge.guess(
+            "leak",
+            fmt::format("the part leaks: outside cells lie within it (winding number {:.2f}), one at "
+                        "({:.6g}, {:.6g}, {:.6g}) m; close the hole there, use a larger voxel or --close-gaps",
+                        leak.winding, leak.at[0], leak.at[1], leak.at[2]));
     }
     const Shell shell = make_shell(lattice, binned, cells, options.shell, progress);
     part.surface_cells = cells.surface_cells;
