@@ -16,7 +16,9 @@ timed() {
     echo "bare_debian: $*: $((($(date +%s) - began + 30) / 60)) minutes, $(megabytes) MB in all"
 }
 
-[ -x "$system/usr/bin/apt-get" ] || debootstrap --variant=minbase bookworm "$system" "${2:-http://deb.debian.org/debian}"
+# The mirror that this machine itself installs from, unless another is given.
+mirror=${2:-$(apt-get indextargets --format '$(SITE)' | head -n 1)}
+[ -x "$system/usr/bin/apt-get" ] || debootstrap --variant=minbase bookworm "$system" "$mirror"
 cp /etc/resolv.conf "$system/etc/resolv.conf"
 mount -t proc proc "$system/proc" 2>/dev/null || mount --bind /proc "$system/proc"
 trap 'umount "$system/proc"' EXIT
