@@ -246,7 +246,7 @@ uint32_t vxs_contact_evaluate(const vxs_voxmap *map, const vxs_pose *map_pose, c
     vxsi_probe_motion motion;
     probe_motion(map, &e.place, &motion);
     scratch->count = scratch->deep_count = scratch->overflow = 0;
-    vxsi_probe_scalar(map, shell, &motion, scratch);
+    scratch->probe(map, shell, &motion, scratch);
     if (scratch->deep_count > 0) result->flags |= VXS_CONTACT_DEEP;
     if (scratch->overflow) result->flags |= VXS_CONTACT_OVERFLOW;
     result->deep_points = scratch->deep_count;

@@ -14,7 +14,15 @@ typedef struct vxsi_hit {
     uint32_t cell[3];
 } vxsi_hit;
 
+struct vxsi_probe_motion;
+
+/* Lists the points of the shell that are in surface cells, in point order. Whatever the
+ * instruction set: the same hits, the same counts. */
+typedef void vxsi_probe(const vxs_voxmap *map, const vxs_pointshell *shell,
+                        const struct vxsi_probe_motion *motion, vxs_contact_scratch *scratch);
+
 struct vxs_contact_scratch {
+    vxsi_probe *probe;   /* chosen at set-up */
     uint32_t capacity;   /* points */
     uint32_t count;      /* hits of this evaluation */
     uint32_t deep_count; /* points in interior cells */
@@ -28,10 +36,9 @@ typedef struct vxsi_probe_motion {
     float m[9], b[3];
 } vxsi_probe_motion;
 
-/* Lists the points of the shell that are in surface cells, in point order. */
-typedef void vxsi_probe(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_probe_motion *motion,
-                        vxs_contact_scratch *scratch);
-
 vxsi_probe vxsi_probe_scalar;
+#if defined(__x86_64__)
+vxsi_probe vxsi_probe_avx2;
+#endif
 
 #endif

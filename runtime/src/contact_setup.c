@@ -29,6 +29,31 @@ size_t vxs_contact_memory(uint32_t point_count)
            round_up(point_count);
 }
 
+static vxsi_probe *probe_named(uint32_t kernel)
+{
+    switch (kernel) {
+    case VXS_CONTACT_SCALAR:
+        return vxsi_probe_scalar;
+#if defined(__x86_64__)
+    case VXS_CONTACT_AVX2:
+        return __builtin_cpu_supports("avx2") ? vxsi_probe_avx2 : NULL;
+#endif
+    default:
+        return NULL;
+    }
+}
+
+vxs_result vxs_contact_use(vxs_contact_scratch *scratch, uint32_t kernel)
+{
+    if (!scratch || kernel > VXS_CONTACT_AVX2) return VXS_PARAM;
+    vxsi_probe *probe = probe_named(kernel);
+    for (uint32_t best = VXS_CONTACT_AVX2; kernel == VXS_CONTACT_FASTEST && !probe; best--)
+        probe = probe_named(best);
+    if (!probe) return VXS_UNSUPPORTED;
+    scratch->probe = probe;
+    return VXS_OK;
+}
+
 vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count, vxs_contact_scratch **out)
 {
     if (!memory || !out) return VXS_PARAM;
@@ -39,5 +64,5 @@ vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count, vxs
     scratch->hits = (vxsi_hit *)(void *)((uint8_t *)memory + round_up(sizeof *scratch));
     scratch->patch = (uint8_t *)(scratch->hits + point_count);
     *out = scratch;
-    return VXS_OK;
+    return vxs_contact_use(scratch, VXS_CONTACT_FASTEST);
 }

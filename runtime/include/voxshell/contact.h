@@ -90,6 +90,17 @@ VXS_API size_t vxs_contact_memory(uint32_t point_count);
 VXS_API vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count,
                                     vxs_contact_scratch **out);
 
+/* The instruction set of the probe. All give the same bits; a choice is for tests and benchmarks. */
+typedef enum vxs_contact_kernel {
+    VXS_CONTACT_FASTEST = 0, /* of those that this processor has: what vxs_contact_init() takes */
+    VXS_CONTACT_SCALAR = 1,
+    VXS_CONTACT_AVX2 = 2
+} vxs_contact_kernel;
+
+/* Returns VXS_OK; VXS_PARAM; VXS_UNSUPPORTED (and keeps the kernel) if the processor has not got it.
+ * Thread: the scratch's, set-up. */
+VXS_API vxs_result vxs_contact_use(vxs_contact_scratch *scratch, uint32_t kernel);
+
 /* Evaluates once. pose: shell frame -> scene frame. map_pose: map frame -> scene frame, NULL for
  * identity. Returns result->flags; never fails: bad input gets a zero wrench and
  * VXS_CONTACT_INVALID. Time: linear in the shell's points, none in the map's.
