@@ -107,7 +107,7 @@ Part convert_part(const Scene &scene, const PartOptions &options, Progress &prog
                         "({:.6g}, {:.6g}, {:.6g}) m; close the hole there, use a larger voxel or --close-gaps",
                         leak.winding, leak.at[0], leak.at[1], leak.at[2]));
     }
-    const Shell shell = make_shell(lattice, binned, cells, options.shell, progress);
+    Shell shell = make_shell(lattice, binned, cells, options.shell, progress);
     part.surface_cells = cells.surface_cells;
     part.interior_cells = cells.interior_cells;
     part.points = shell.points.size();
@@ -122,14 +122,16 @@ Part convert_part(const Scene &scene, const PartOptions &options, Progress &prog
     part.vdb = vdb_bytes(cells, scene.source_hash, map_meta);
     progress.advance(1);
     progress.check();
-    VoxmapFile map;
-    map.cells = std::move(cells);
-    map.source_hash = scene.source_hash;
-    map.meta = map_meta;
-    part.voxmap = voxmap_bytes(map);
+    {
+        VoxmapFile map;
+        map.cells = std::move(cells);
+        map.source_hash = scene.source_hash;
+        map.meta = map_meta;
+        part.voxmap = voxmap_bytes(map);
+    }
     progress.advance(1);
     progress.check();
-    part.pointshell = pointshell_bytes({shell, scene.source_hash, meta(scene.name, options, true)});
+    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)});
     progress.advance(1);
     return part;
 }
