@@ -2,6 +2,7 @@
 #include "pointshell/cluster.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <cmath>
@@ -64,23 +65,74 @@ Real radius_up(double distance2)
     return r;
 }
 
-} // namespace
+constexpr std::size_t size = VXS_POINTSHELL_CLUSTER_POINTS;
 
-std::uint64_t morton(std::uint32_t i, std::uint32_t j, std::uint32_t k)
+// A point on its way to its place.
+struct Placed {
+    std::array<std::uint32_t, 3> cell; // from Cells::origin
+    std::uint32_t index;               // as it came
+};
+
+// The order of cluster.hpp. Which points make a half does not depend on how they are found.
+void halve(std::span<Placed> points)
 {
-    const auto spread = [](std::uint64_t x) {
-        x = (x | x << 32) & 0x1f00000000ffffu;
-        x = (x | x << 16) & 0x1f0000ff0000ffu;
-        x = (x | x << 8) & 0x100f00f00f00f00fu;
-        x = (x | x << 4) & 0x10c30c30c30c30c3u;
-        return (x | x << 2) & 0x1249249249249249u;
-    };
-    return spread(i) << 2 | spread(j) << 1 | spread(k);
+    if (points.size() <= size) {
+        std::sort(points.begin(), points.end(), [](const Placed &a, const Placed &b) { return a.index < b.index; });
+        return;
+    }
+    std::array<std::uint32_t, 3> low = points[0].cell, high = low;
+    for (const Placed &p : points)
+        for (int i = 0; i < 3; ++i) {
+            low[i] = std::min(low[i], p.cell[i]);
+            high[i] = std::max(high[i], p.cell[i]);
+        }
+    int axis = 0;
+    for (int i = 1; i < 3; ++i)
+        if (high[i] - low[i] > high[axis] - low[axis]) axis = i;
+    const std::size_t runs = (points.size() + size - 1) / size, half = runs / 2 * size;
+    std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half), points.end(),
+                     [axis](const Placed &a, const Placed &b) {
+                         return a.cell[axis] != b.cell[axis] ? a.cell[axis] < b.cell[axis] : a.index < b.index;
+                     });
+    const std::span<Placed> lower = points.first(half), upper = points.subspan(half);
+    constexpr std::size_t worth_a_task = 1 << 14;
+    if (points.size() > worth_a_task)
+        tbb::parallel_invoke([lower] { halve(lower); }, [upper] { halve(upper); });
+    else
+        halve(lower), halve(upper);
 }
 
-void cluster(Shell &shell)
+void order(std::vector<ShellPoint> &points, const Cells &cells)
 {
-    constexpr std::size_t size = VXS_POINTSHELL_CLUSTER_POINTS;
+    std::vector<Placed> placed(points.size());
+    tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
+        const BrickAt &at = cells.bricks[points[p].brick].at;
+        const int cell = points[p].cell, within[3] = {cell >> 6, cell >> 3 & 7, cell & 7};
+        for (int i = 0; i < 3; ++i) placed[p].cell[i] = static_cast<std::uint32_t>(8 * at[i] + within[i]);
+        placed[p].index = static_cast<std::uint32_t>(p);
+    });
+    halve(placed);
+    // In place, cycle by cycle: place p takes the point `index`, and is done when it names itself.
+    for (std::uint32_t start = 0; start < placed.size(); ++start) {
+        if (placed[start].index == start) continue;
+        const ShellPoint first = points[start];
+        std::uint32_t to = start;
+        for (;;) {
+            const std::uint32_t from = placed[to].index;
+            placed[to].index = to;
+            if (from == start) break;
+            points[to] = points[from];
+            to = from;
+        }
+        points[to] = first;
+    }
+}
+
+} // namespace
+
+void cluster(Shell &shell, const Cells &cells)
+{
+    if (shell.points.size() > size) order(shell.points, cells);
     const std::span<const ShellPoint> points = shell.points;
     shell.clusters.resize((points.size() + size - 1) / size);
     if (points.empty()) return;

@@ -5,6 +5,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <span>
 #include <tuple>
@@ -22,7 +23,7 @@ struct Halo {
     static int index(int i, int j, int k) { return ((i + 1) * side + j + 1) * side + k + 1; }
 
     void fill(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
-              const std::vector<std::uint64_t> &last, std::size_t brick)
+              std::size_t brick)
     {
         points.fill({0, 0});
         const BrickAt at = cells.bricks[brick].at;
@@ -35,7 +36,7 @@ struct Halo {
                                          [](const Brick &b, const BrickAt &a) { return b.at < a; });
                     if (found == cells.bricks.end() || found->at != other) continue;
                     const auto b = static_cast<std::size_t>(found - cells.bricks.begin());
-                    for (std::uint64_t p = first[b]; p < last[b]; ++p) {
+                    for (std::uint64_t p = first[b]; p < first[b + 1]; ++p) {
                         const int cell = shell.points[p].cell;
                         const int x = 8 * i + (cell >> 6), y = 8 * j + (cell >> 3 & 7),
                                   z = 8 * k + (cell & 7);
@@ -52,53 +53,89 @@ struct Halo {
 constexpr int ahead[9][3] = {{0, 0, 1}, {0, 1, 0},  {1, 0, 0}, {0, 1, 1}, {0, 1, -1},
                              {1, 0, 1}, {1, 0, -1}, {1, 1, 0}, {1, -1, 0}};
 
+double distance2(const ShellPoint &p, const ShellPoint &q)
+{
+    double d2 = 0;
+    for (int x = 0; x < 3; ++x) {
+        const double d = static_cast<double>(p.position[x]) - static_cast<double>(q.position[x]);
+        d2 += d * d;
+    }
+    return d2;
+}
+
+// visit(p, q) for the pairs of points in adjacent cells of which one is in bricks [begin, end), each pair once.
+template<class Visit>
+void each_adjacent(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, std::size_t begin,
+                   std::size_t end, const Visit &visit)
+{
+    Halo halo;
+    for (std::size_t b = begin; b != end; ++b) {
+        if (first[b] == first[b + 1]) continue;
+        halo.fill(shell, cells, first, b);
+        for (std::uint64_t p = first[b]; p < first[b + 1]; ++p) {
+            const int cell = shell.points[p].cell;
+            const int own = Halo::index(cell >> 6, cell >> 3 & 7, cell & 7);
+            for (const auto &[i, j, k] : ahead) {
+                const auto &other = halo.points[own + (i * side + j) * side + k];
+                for (std::uint64_t q = other.first; q < other.second; ++q) visit(p, q);
+            }
+        }
+    }
+}
+
+constexpr std::size_t grain = 64; // bricks
+
 } // namespace
 
-double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
-               const std::vector<std::uint64_t> &last)
+double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, Stands stands)
 {
+    const auto standing = [&](std::uint64_t p) -> const ShellPoint & {
+        return shell.points[stands.empty() ? p : stands[p]];
+    };
     const double most2 = tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, cells.bricks.size(), 64), 0.0,
+        tbb::blocked_range<std::size_t>(0, cells.bricks.size(), grain), 0.0,
         [&](const tbb::blocked_range<std::size_t> &range, double most) {
-            Halo halo;
-            for (std::size_t b = range.begin(); b != range.end(); ++b) {
-                if (first[b] == last[b]) continue;
-                halo.fill(shell, cells, first, last, b);
-                for (std::uint64_t p = first[b]; p < last[b]; ++p) {
-                    const int cell = shell.points[p].cell;
-                    const int own = Halo::index(cell >> 6, cell >> 3 & 7, cell & 7);
-                    for (const auto &[i, j, k] : ahead) {
-                        const auto &other = halo.points[own + (i * side + j) * side + k];
-                        for (std::uint64_t q = other.first; q < other.second; ++q) {
-                            double d2 = 0;
-                            for (int x = 0; x < 3; ++x) {
-                                const double d = static_cast<double>(shell.points[p].position[x]) -
-                                                 static_cast<double>(shell.points[q].position[x]);
-                                d2 += d * d;
-                            }
-                            most = std::max(most, d2);
-                        }
-                    }
-                }
-            }
+            each_adjacent(shell, cells, first, range.begin(), range.end(), [&](std::uint64_t p, std::uint64_t q) {
+                most = std::max(most, distance2(standing(p), standing(q)));
+            });
             return most;
         },
         [](double a, double b) { return std::max(a, b); });
     return std::sqrt(most2);
 }
 
-void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
-                    const std::vector<std::uint64_t> &last)
+std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
+                                  Stands stands, double limit)
+{
+    std::vector<std::uint8_t> marks(shell.points.size());
+    const double limit2 = limit * limit;
+    const auto mark = [&](std::uint64_t p) {
+        if (stands[p] != p) std::atomic_ref(marks[p]).store(1, std::memory_order_relaxed);
+    };
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), grain),
+                      [&](const tbb::blocked_range<std::size_t> &range) {
+                          each_adjacent(shell, cells, first, range.begin(), range.end(),
+                                        [&](std::uint64_t p, std::uint64_t q) {
+                                            if (stands[p] == stands[q] || (stands[p] == p && stands[q] == q)) return;
+                                            if (distance2(shell.points[stands[p]], shell.points[stands[q]]) <= limit2)
+                                                return;
+                                            mark(p), mark(q);
+                                        });
+                      });
+    return marks;
+}
+
+void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first)
 {
     const auto bare = [](const ShellPoint &p) { return p.normal == std::array<float, 3>{}; };
     std::vector<std::pair<std::uint64_t, std::array<float, 3>>>
         found; // set at the end: only own normals are lent
     Halo halo;
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
-        const std::span<const ShellPoint> own{shell.points.data() + first[b], shell.points.data() + last[b]};
+        const std::span<const ShellPoint> own{shell.points.data() + first[b], shell.points.data() + first[b + 1]};
         if (std::none_of(own.begin(), own.end(), bare)) continue;
-        halo.fill(shell, cells, first, last, b);
-        for (std::uint64_t p = first[b]; p < last[b]; ++p) {
+        halo.fill(shell, cells, first, b);
+        for (std::uint64_t p = first[b]; p < first[b + 1]; ++p) {
             const ShellPoint &point = shell.points[p];
             if (!bare(point)) continue;
             const int i = point.cell >> 6, j = point.cell >> 3 & 7, k = point.cell & 7;

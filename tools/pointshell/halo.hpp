@@ -4,19 +4,27 @@
 
 #include "pointshell/shell.hpp"
 
+#include <span>
+
 namespace voxshell {
 
-/// Largest distance between a point of one cell and a point of a face- or edge-adjacent cell [m], over all
-/// pairs: where a cell gives two points, each counts. Points inside their cells can be at most sqrt(4 + 4 +
-/// 1) = 3 h apart. `first[b]`: first point of brick b of `cells`; its points end where those of the next
-/// brick in point order begin, `last[b]`. Points of a cell stand together.
-double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
-               const std::vector<std::uint64_t> &last);
+/// For each point the index of the one that stands for its cell: its own, or after thinning (thin.hpp) another's.
+/// Empty: each its own.
+using Stands = std::span<const std::uint32_t>;
+
+/// Largest distance between points that stand for face- or edge-adjacent cells [m], over all pairs: where a cell
+/// gives two points, each counts. Points inside their cells can be at most sqrt(4 + 4 + 1) = 3 h apart. Points are
+/// ordered by brick: those of brick b of `cells` are [first[b], first[b + 1]), and those of a cell stand together.
+double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, Stands stands = {});
+
+/// Marks (1) each point for which another stands and that has an adjacent cell beyond `limit` [m] in the sense of
+/// gap_max().
+std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
+                                  Stands stands, double limit);
 
 /// Points whose normal is 0 (their cell holds triangles without area only) get the area-weighted mean normal
 /// of the points in the 26 cells around; where there is none or it cancels, the direction from the point to
 /// its cell's centre, and where that is nothing too, -Y.
-void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
-                    const std::vector<std::uint64_t> &last);
+void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first);
 
 } // namespace voxshell

@@ -4,10 +4,10 @@
 #include "pointshell/cluster.hpp"
 #include "pointshell/halo.hpp"
 #include "pointshell/sides.hpp"
+#include "pointshell/thin.hpp"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <bit>
@@ -19,11 +19,16 @@
 namespace voxshell {
 namespace {
 
-// Morton order of a brick's 512 cells.
+// A brick's 512 cells so that blocks of 2^3 (and 4^3) stand together: thin.hpp relies on it.
 std::array<std::uint16_t, 512> cell_order()
 {
     std::array<std::uint16_t, 512> order{};
-    for (std::uint16_t c = 0; c < 512; ++c) order[morton(c >> 6, c >> 3 & 7, c & 7)] = c;
+    for (std::uint16_t c = 0; c < 512; ++c) {
+        int place = 0; // the bits of i, j and k in turn
+        for (int bit = 0; bit < 3; ++bit)
+            place |= (c >> (6 + bit) & 1) << (3 * bit + 2) | (c >> (3 + bit) & 1) << (3 * bit + 1) | (c >> bit & 1) << 3 * bit;
+        order[place] = c;
+    }
     return order;
 }
 
@@ -46,7 +51,7 @@ class Maker {
     {
     }
 
-    // Points of one brick, appended to `out` in Morton order of the cells.
+    // Points of one brick, appended to `out` in cell_order().
     void brick(std::size_t index, Scratch &scratch, Portion &out) const;
 
   private:
@@ -157,37 +162,24 @@ void Maker::brick(std::size_t index, Scratch &scratch, Portion &out) const
 } // namespace
 
 Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Cells &cells, ShellKind kind,
-                 Progress &progress)
+                 Progress &progress, double thin_angle)
 {
-    // Bricks in Morton order; with the cells of each brick in Morton order, all points are.
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
-    order.reserve(cells.bricks.size());
-    for (std::uint32_t b = 0; b < cells.bricks.size(); ++b) {
-        const BrickAt &at = cells.bricks[b].at;
-        order.push_back({morton(static_cast<std::uint32_t>(at[0]), static_cast<std::uint32_t>(at[1]),
-                                static_cast<std::uint32_t>(at[2])),
-                         b});
-    }
-    tbb::parallel_sort(order.begin(), order.end());
-
     // Portions do not depend on the number of threads, nor does the order of their sums.
     constexpr std::size_t bricks_per_portion = 32;
-    std::vector<Portion> portions((order.size() + bricks_per_portion - 1) / bricks_per_portion);
-    std::vector<std::uint64_t> first(cells.bricks.size()), last(cells.bricks.size());
+    const std::size_t bricks = cells.bricks.size();
+    std::vector<Portion> portions((bricks + bricks_per_portion - 1) / bricks_per_portion);
+    std::vector<std::uint64_t> first(bricks + 1);
     const Maker maker(mesh, binned, cells, kind);
     tbb::enumerable_thread_specific<Scratch> scratch;
-    progress.stage("points", order.size());
+    progress.stage("points", bricks);
     tbb::parallel_for(
         std::size_t{0}, portions.size(),
         [&](std::size_t p) {
-            const std::size_t begin = p * bricks_per_portion,
-                              end = std::min(order.size(), begin + bricks_per_portion);
-            for (std::size_t o = begin; o < end; ++o) {
+            const std::size_t begin = p * bricks_per_portion, end = std::min(bricks, begin + bricks_per_portion);
+            for (std::size_t b = begin; b < end; ++b) {
                 progress.check();
-                const std::uint32_t b = order[o].second;
                 first[b] = portions[p].points.size(); // within the portion, for now
                 maker.brick(b, scratch.local(), portions[p]);
-                last[b] = portions[p].points.size();
             }
             progress.advance(end - begin);
         },
@@ -205,21 +197,22 @@ Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Ce
     shell.points.reserve(count);
     for (std::size_t p = 0; p < portions.size(); ++p) {
         Portion &portion = portions[p];
-        const std::size_t end = std::min(order.size(), (p + 1) * bricks_per_portion);
-        for (std::size_t o = p * bricks_per_portion; o < end; ++o) {
-            first[order[o].second] += shell.points.size();
-            last[order[o].second] += shell.points.size();
-        }
+        const std::size_t end = std::min(bricks, (p + 1) * bricks_per_portion);
+        for (std::size_t b = p * bricks_per_portion; b < end; ++b) first[b] += shell.points.size();
         shell.points.insert(shell.points.end(), portion.points.begin(), portion.points.end());
         std::vector<ShellPoint>().swap(portion.points);
         shell.area += portion.area;
         shell.surface_error = std::max(shell.surface_error, portion.surface_error);
         shell.surface_cells += portion.cells;
     }
+    first[bricks] = shell.points.size();
     progress.check();
-    borrow_normals(shell, cells, first, last);
-    shell.gap_max = gap_max(shell, cells, first, last);
-    cluster(shell);
+    borrow_normals(shell, cells, first);
+    shell.gap_max = gap_max(shell, cells, first);
+    progress.check();
+    if (thin_angle > 0) thin(shell, cells, first, thin_angle);
+    progress.check();
+    cluster(shell, cells);
     return shell;
 }
 

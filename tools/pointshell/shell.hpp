@@ -27,17 +27,29 @@ struct Cluster {
     std::uint32_t first, count;
 };
 
+/// What thinning (thin.hpp) did, and what it cost.
+struct Thinning {
+    double angle = 0;                ///< as asked for [rad]; 0: not thinned
+    std::uint64_t points_before = 0;
+    double gap_before = 0;           ///< [m]
+    double distance_max = 0;         ///< of a point left out from the one that stands for it [m]
+    double normal_max = 0;           ///< angle between the normals of these two [rad]
+};
+
 struct Shell {
     ShellKind kind = ShellKind::exact;
     double voxel = 0;
     std::vector<ShellPoint> points; ///< in cluster order: a pure function of the input
     std::vector<Cluster> clusters;
     double area = 0;          ///< sum of weights [m^2]
-    double gap_max = 0;       ///< largest distance between points of face- or edge-adjacent surface cells [m]
+    /// Largest distance between points of face- or edge-adjacent surface cells [m]; where another point stands for a
+    /// cell (thin.hpp), that one's.
+    double gap_max = 0;
     double surface_error = 0; ///< largest distance of a stored (rounded) point from the mesh [m]
     std::array<double, 3> center{};
     double radius = 0;
-    std::uint64_t surface_cells = 0;
+    std::uint64_t surface_cells = 0; ///< that hold a point
+    Thinning thinning;               ///< not stored: as made
 };
 
 /// The shell of the cells that `mesh` marked.
@@ -45,8 +57,9 @@ struct Shell {
 ///          where the area-weighted mean normal nearly cancels, one point per side (method section 2).
 ///   naive  the cell's centre (McNeely 1999), same normals and weights.
 /// The winding is taken as it is (counter-clockwise seen from outside): orient the mesh first (mesh/orient.hpp).
-/// Deterministic for any thread count.
+/// `thin_angle` [rad]: how much normals may differ for one point to stand for several cells (thin.hpp); 0: a point for
+/// each. Deterministic for any thread count.
 Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Cells &cells, ShellKind kind,
-                 Progress &progress);
+                 Progress &progress, double thin_angle = 0);
 
 } // namespace voxshell
