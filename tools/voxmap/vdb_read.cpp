@@ -36,7 +36,7 @@ struct Limits {
     std::uint64_t memory; ///< bytes beyond what the process has
     std::uint64_t seconds;
     explicit Limits(std::uint64_t file_bytes)
-        : memory((std::uint64_t{1} << 29) + 64 * file_bytes), seconds(20 + file_bytes / 1'000'000) {}
+        : memory((std::uint64_t{1} << 29) + 64 * file_bytes), seconds(5 + file_bytes / 4'000'000) {}
 };
 
 struct Answer { ///< what comes through the pipe first
@@ -84,6 +84,15 @@ std::uint64_t address_space()
     return pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
 }
 
+/// OpenVDB quotes the file in its messages: no control character may reach a terminal.
+std::string printable(std::string text)
+{
+    if (text.size() > 200) text = text.substr(0, 200) + "...";
+    for (char &c : text)
+        if (c < ' ' || c > '~') c = '?';
+    return text;
+}
+
 /// The child: limits, parse, send. Never returns into the parent's code, never runs its destructors.
 [[noreturn]] void child(int pipe, const std::filesystem::path &path, const Limits &limits)
 {
@@ -127,7 +136,7 @@ std::uint64_t address_space()
         error = fmt::format("needs more than {} MiB to read: damaged or hostile", limits.memory >> 20);
     } catch (const std::exception &other) {
         answer.code = static_cast<std::int32_t>(ExitCode::invalid);
-        error = fmt::format("OpenVDB cannot read this file ({})", other.what());
+        error = fmt::format("OpenVDB cannot read this file ({})", printable(other.what()));
     }
     answer.meta = error.size();
     ::_exit(send(pipe, &answer, sizeof answer) && send(pipe, error.data(), error.size()) ? 0 : 1);
