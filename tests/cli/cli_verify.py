@@ -5,7 +5,10 @@ import random
 import time
 
 import command
+import schema
 import shapes
+
+VERIFY = schema.load(command.SOURCE / 'formats/schema/verify.schema.json')
 
 
 class Verify(command.CommandTest):
@@ -19,7 +22,9 @@ class Verify(command.CommandTest):
 
     def against(self, asset, mesh, code, **more):
         done = self.run_voxshell('verify', asset, '--against', mesh, '--unit', 'mm', '--format', 'json', code=code, **more)
-        entry, = json.loads(done.stdout)['files']
+        told = json.loads(done.stdout)
+        self.assertEqual(schema.problems(told, VERIFY), [])
+        entry, = told['files']
         return entry, {m['what']: m for m in entry['against']['measures']}
 
     def test_passes_what_convert_made(self):
@@ -69,6 +74,7 @@ class Verify(command.CommandTest):
         done = self.run_voxshell('verify', 'out', code=3, err=r'cup\.voxmap: rule C\d')
         self.assertEqual(len(done.stdout.splitlines()), 2)
         told = json.loads(self.run_voxshell('verify', 'out', '--format', 'json', code=3).stdout)
+        self.assertEqual(schema.problems(told, VERIFY), [])
         self.assertEqual((told['ok'], sorted(f['ok'] for f in told['files'])), (False, [False, True, True]))
 
     def test_twins_that_are_none(self):
