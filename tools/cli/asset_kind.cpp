@@ -15,12 +15,14 @@ namespace voxshell {
 AssetKind asset_kind(const std::filesystem::path &path)
 {
     std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored)) throw Failure(ExitCode::system, path.string(), "is a folder");
+    if (std::filesystem::is_directory(path, ignored))
+        throw Failure(ExitCode::system, path.string(), "is a folder");
     const std::unique_ptr<std::FILE, int (*)(std::FILE *)> file(std::fopen(path.c_str(), "rb"), std::fclose);
     if (!file) throw Failure(ExitCode::system, path.string(), std::strerror(errno));
     char magic[VXS_CONTAINER_MAGIC_SIZE] = {};
     const std::size_t got = std::fread(magic, 1, sizeof magic, file.get());
-    if (got != sizeof magic && std::ferror(file.get())) throw Failure(ExitCode::system, path.string(), "cannot be read");
+    if (got != sizeof magic && std::ferror(file.get()))
+        throw Failure(ExitCode::system, path.string(), "cannot be read");
     if (std::memcmp(magic, VXS_VOXMAP_MAGIC, sizeof magic) == 0) return AssetKind::voxmap;
     if (std::memcmp(magic, VXS_POINTSHELL_MAGIC, sizeof magic) == 0) return AssetKind::pointshell;
     if (std::memcmp(magic, " BDV", 4) == 0) return AssetKind::vdb;
@@ -34,6 +36,14 @@ AssetKind asset_kind(const std::filesystem::path &path)
 const char *name_of(AssetKind kind)
 {
     return kind == AssetKind::voxmap ? "voxmap" : kind == AssetKind::pointshell ? "pointshell" : "vdb";
+}
+
+std::vector<std::string> channel_names(const Channels &channels)
+{
+    std::vector<std::string> names;
+    if (channels.layer_count > 0) names.push_back("layers");
+    if (channels.distance_band > 0) names.push_back("distance");
+    return names;
 }
 
 VoxmapFile read_cells(const std::filesystem::path &path, AssetKind kind)

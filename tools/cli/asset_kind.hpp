@@ -5,6 +5,8 @@
 #include "voxmap/voxmap_file.hpp"
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace voxshell {
 
@@ -14,6 +16,9 @@ enum class AssetKind { voxmap, pointshell, vdb };
 AssetKind asset_kind(const std::filesystem::path &path);
 
 const char *name_of(AssetKind kind); ///< "voxmap"
+
+/// The optional channels that a map has: "layers", "distance".
+std::vector<std::string> channel_names(const Channels &channels);
 
 /// The cells of a .voxmap or a .vdb.
 VoxmapFile read_cells(const std::filesystem::path &path, AssetKind kind);

@@ -32,8 +32,8 @@ struct Comparison {
     bool equal() const { return structure.empty() && changed == 0; }
 };
 
-/// A cell changed if its state did. With a tolerance of n cells' edges, one whose old and new state both occur
-/// no more than n cells away in the other map did not.
+/// A cell changed if its state did. With a tolerance of n cells' edges, one whose old and new state both
+/// occur no more than n cells away in the other map did not.
 Comparison compare(const VoxmapFile &a, const VoxmapFile &b, double tolerance);
 
 /// Points are matched cell by cell. Without a tolerance every bit counts; with one, a point changed if the

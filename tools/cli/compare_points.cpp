@@ -37,7 +37,7 @@ auto value_of(const ShellPoint &p)
 
 /// The points of a shell in the order of the cells that they lie in.
 class PointsByCell {
-public:
+  public:
     PointsByCell(const Shell &shell, double edge) : edge_(edge)
     {
         for (const ShellPoint &point : shell.points) sorted_.push_back({cell_of(point), &point});
@@ -68,7 +68,7 @@ public:
         return best;
     }
 
-private:
+  private:
     Cell cell_of(const ShellPoint &p) const
     {
         Cell cell{};
@@ -82,9 +82,10 @@ private:
 };
 
 class PointComparison {
-public:
+  public:
     PointComparison(const PointshellFile &a, const PointshellFile &b, double tolerance, Comparison &out)
-        : edge_(std::max(a.shell.voxel, tolerance)), a_(a.shell, edge_), b_(b.shell, edge_), tolerance_(tolerance), out_(out)
+        : edge_(std::max(a.shell.voxel, tolerance)), a_(a.shell, edge_), b_(b.shell, edge_),
+          tolerance_(tolerance), out_(out)
     {
     }
 
@@ -98,11 +99,12 @@ public:
         }
     }
 
-private:
+  private:
     void one_sided(const PointsByCell &from, const PointsByCell &to, const char *what)
     {
         for (const auto &entry : from.sorted())
-            if (const double moved = to.nearest(*entry.point); moved > tolerance_) change(*entry.point, moved, what);
+            if (const double moved = to.nearest(*entry.point); moved > tolerance_)
+                change(*entry.point, moved, what);
     }
 
     void exact()
@@ -129,8 +131,10 @@ private:
         const double by = distance(a, b);
         std::string what;
         if (by > 0) what = "moved " + format_length(by);
-        if (a.normal != b.normal) what += fmt::format("{}normal turned {:.3g} degrees", what.empty() ? "" : ", ", angle(a, b));
-        if (a.area != b.area) what += fmt::format("{}area {:.6g} -> {:.6g} m2", what.empty() ? "" : ", ", a.area, b.area);
+        if (a.normal != b.normal)
+            what += fmt::format("{}normal turned {:.3g} degrees", what.empty() ? "" : ", ", angle(a, b));
+        if (a.area != b.area)
+            what += fmt::format("{}area {:.6g} -> {:.6g} m2", what.empty() ? "" : ", ", a.area, b.area);
         change(a, by, what);
     }
 
@@ -142,7 +146,8 @@ private:
             by = edge_;
         }
         out_.largest = std::max(out_.largest, by);
-        if (out_.first.size() < 10) out_.first.push_back({{at.position[0], at.position[1], at.position[2]}, what});
+        if (out_.first.size() < 10)
+            out_.first.push_back({{at.position[0], at.position[1], at.position[2]}, what});
     }
 
     const double edge_; // of the cells that points are sorted by
@@ -168,7 +173,8 @@ Comparison compare(const PointshellFile &a, const PointshellFile &b, double tole
         differ("clusters", format_count(a.shell.clusters.size()), format_count(b.shell.clusters.size()));
     }
     if (a.source_hash != b.source_hash) out.notes.push_back("made from different sources");
-    if (a.meta != b.meta) out.notes.push_back("made with different options, version or name: " + a.meta + " / " + b.meta);
+    if (a.meta != b.meta)
+        out.notes.push_back("made with different options, version or name: " + a.meta + " / " + b.meta);
     out.compared = a.shell.voxel == b.shell.voxel;
     if (out.compared) PointComparison(a, b, tolerance, out).run();
     return out;

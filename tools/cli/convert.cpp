@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes
 // the cells and what moves the points.
+#include "cli/convert_extra.hpp"
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
+#include "pipeline/choose_voxel.hpp"
 #include "pipeline/convert_scene.hpp"
 #include "pipeline/estimate.hpp"
 #include "pipeline/output.hpp"
@@ -14,6 +16,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
 
 #include <unistd.h>
 
@@ -23,10 +26,13 @@ namespace {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
-struct ConvertOptions : SharedOptions {
+struct ConvertOptions : SharedOptions, ExtraOptions {
     std::vector<std::string> inputs;
     std::string folder, up = "y", shell = "exact";
-    double voxel = 0;
+    double voxel = 0;           ///< [m]; 0: not given, or chosen
+    bool voxel_auto = false;    ///< --voxel auto
+    double weld = 0;            ///< [m]
+    bool inspect_mesh = false;
     double close_gap = 0; ///< [m]
 };
 
@@ -76,9 +82,9 @@ std::vector<Input> inputs_of(const ConvertOptions &o)
             throw Failure(ExitCode::usage, text, "an STL file has no unit; say --unit mm (or cm, m, in)");
     }
     const auto is_scene = [](const Input &input) { return input.kind == InputKind::scene; };
-    if (o.voxel == 0 && !std::all_of(inputs.begin(), inputs.end(), is_scene))
-        throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm");
-    if ((o.voxel != 0 || o.up != "y") && std::any_of(inputs.begin(), inputs.end(), is_scene))
+    if (o.voxel == 0 && !o.voxel_auto && !std::all_of(inputs.begin(), inputs.end(), is_scene))
+        throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm or --voxel auto");
+    if ((o.voxel != 0 || o.voxel_auto || o.up != "y") && std::any_of(inputs.begin(), inputs.end(), is_scene))
         throw Failure(ExitCode::usage, "", "--voxel and --up: not for a scene, it says these itself");
     if (!o.unit.empty() && !stl)
         throw Failure(ExitCode::usage, "", "--unit: only for STL, glTF is in metres");
@@ -107,15 +113,22 @@ class Convert {
     ExitCode run()
     {
         const std::vector<Input> inputs = inputs_of(o_);
+        if (o_.thin_shell > 0 && o_.shell == "naive")
+            throw Failure(ExitCode::usage, "", "--thin-shell: only for --shell exact, centres of cells do not lie flat");
         check_writable(o_.folder);
         if (!o_.report.empty()) check_writable(fs::path(o_.report).parent_path());
-        report_.options({{"voxel_m", o_.voxel != 0 ? json(o_.voxel) : json(nullptr)},
+        json effective = {{"voxel_m", o_.voxel != 0 ? json(o_.voxel) : json(nullptr)},
                          {"unit", o_.unit.empty() ? json(nullptr) : json(o_.unit)},
                          {"up", o_.up},
                          {"shell", o_.shell},
                          {"close_gap_m", o_.close_gap},
+                         {"voxel_auto", o_.voxel_auto},
+                         {"weld_m", o_.weld},
+                         {"inspect_mesh", o_.inspect_mesh},
                          {"strict", o_.strict},
-                         {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}});
+                         {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}};
+        effective.update(extra_json(o_));
+        report_.options(effective);
         ExitCode worst = ExitCode::ok;
         for (const Input &input : inputs) {
             try {
@@ -135,6 +148,8 @@ class Convert {
             if (o_.json) fmt::print("{}", json_text(foreseen_));
             return worst;
         }
+        if (o_.voxel_auto && chosen_.size() == 1) effective["voxel_m"] = *chosen_.begin();
+        report_.options(effective);
         const std::string text = report_.text();
         if (!o_.report.empty()) write_report(o_.report, text, o_.force);
         if (o_.json) fmt::print("{}", text);
@@ -166,13 +181,19 @@ class Convert {
         options.voxel = o_.voxel;
         options.shell = o_.shell == "naive" ? ShellKind::naive : ShellKind::exact;
         options.import = import_options(input);
+        options.shell_spacing = o_.shell_spacing;
+        options.thin_shell = o_.thin_shell;
+        options.channels = o_.channels;
         options.close_gap = o_.close_gap;
+        options.weld = o_.weld;
+        options.inspect = o_.inspect_mesh;
         options.strict = o_.strict;
         options.max_memory = o_.max_memory.value_or(0);
         if (input.kind != InputKind::scene) {
             const Scene scene = read(input);
             const Part part = convert_part(scene, options, *progress_);
-            write(input, o_.voxel, {{input.path.filename().string(), scene.source_hash, part}}, part.vdb,
+            chosen_.insert(part.voxel);
+            write(input, part.voxel, {{input.path.filename().string(), scene.source_hash, part}}, part.vdb,
                   part.voxmap, part.pointshell);
             return;
         }
@@ -222,10 +243,47 @@ class Convert {
             part.mesh.closed ? fmt::format("closed, {:.6g} cm3", part.mesh.volume * 1e6) : "open";
         fmt::print("{}: {} triangles, {}, {:.6g} cm2\n", label, format_count(part.mesh.triangles), solid,
                    part.mesh.area * 1e4);
+        tell_mesh(part);
         fmt::print("  cells   {} surface, {} interior of {}\n", format_count(part.surface_cells),
                    format_count(part.interior_cells), format_length(voxel));
-        fmt::print("  points  {}, gap at most {:.3f} voxels, at most {} off the surface\n",
-                   format_count(part.points), part.gap_max / voxel, format_length(part.surface_error));
+        tell_points(part);
+    }
+
+    /// What is worth a line: all of it if asked, else what is out of the ordinary.
+    void tell_mesh(const Part &part) const
+    {
+        const MeshReport &mesh = part.mesh;
+        if (!part.voxel_why.empty()) fmt::print("  voxel   {}: {}\n", format_length(part.voxel), part.voxel_why);
+        std::string said;
+        const auto count = [&](std::uint64_t n, const char *what) {
+            if (n || o_.inspect_mesh) said += fmt::format("{}{} {}", said.empty() ? "" : ", ", format_count(n), what);
+        };
+        count(mesh.boundary_edges, "boundary edges");
+        count(mesh.non_manifold_edges, "non-manifold edges");
+        count(mesh.badly_wound_edges, "badly wound edges");
+        count(mesh.duplicate, "duplicates");
+        count(mesh.degenerate, "without area");
+        count(part.orient.flipped, "turned");
+        count(part.self_intersections.value_or(0), part.self_intersections ? "cut others" : "cut others (not checked)");
+        if (part.stitch.vertices || o_.weld > 0)
+            said += fmt::format("{}{} edges closed by moving {} vertices at most {}", said.empty() ? "" : ", ",
+                                format_count(part.stitch.closed_edges), format_count(part.stitch.vertices),
+                                format_length(part.stitch.farthest));
+        if (!said.empty()) fmt::print("  mesh    {} shells: {}\n", format_count(mesh.shells), said);
+        const Thickness &walls = part.thickness;
+        const bool thin = walls.share_below(wall_of(3, part.voxel)) > 0.01;
+        if (!o_.inspect_mesh && !o_.voxel_auto && !thin) return;
+        if (!walls.meaningful()) {
+            if (o_.inspect_mesh) fmt::print("  walls   no interior that could be measured\n");
+            return;
+        }
+        std::string shares;
+        for (const double voxels : thickness_classes)
+            shares += fmt::format("{}{:.3g} % below {:g}", shares.empty() ? "" : ", ",
+                                  100 * walls.share_below(wall_of(voxels, part.voxel)), voxels);
+        fmt::print("  walls   99 % at least {}, half at least {}; thinnest {} at ({:.6g}, {:.6g}, {:.6g}) m; {} voxels\n",
+                   format_length(walls.quantile(0.01)), format_length(walls.quantile(0.5)), format_length(walls.thinnest),
+                   walls.thinnest_at[0], walls.thinnest_at[1], walls.thinnest_at[2], shares);
     }
 
     void foresee(const Input &input)
@@ -242,15 +300,25 @@ class Convert {
 
     void foresee(const Input &input, const std::string &label, const Scene &scene, double voxel)
     {
-        const Mesh mesh = flatten(scene);
+        Mesh mesh = flatten(scene);
         warn(input, scene.warnings);
-        const Estimate e = estimate(mesh, voxel);
-        check_budget(mesh, voxel, o_.max_memory.value_or(machine_memory()));
+        if (!(voxel > 0)) { // what convert_part() would choose
+            if (o_.weld > 0) stitch(mesh, o_.weld);
+            orient(mesh);
+            const VoxelChoice choice = choose_voxel(mesh, thickness(mesh, *progress_), o_.max_memory.value_or(machine_memory()));
+            voxel = choice.voxel;
+            if (!o_.json) fmt::print("{}: voxel {}: {}\n", label, format_length(voxel), choice.why);
+        }
+        const Estimate e = estimate(mesh, voxel, o_.channels, o_.shell_spacing);
+        check_budget(mesh, voxel, o_.max_memory.value_or(machine_memory()), o_.channels);
+        if (o_.shell_spacing > 0)
+            check_budget(mesh, o_.shell_spacing, o_.max_memory.value_or(machine_memory()), {}, "shell spacing");
         foreseen_["estimates"].push_back({{"name", input.kind == InputKind::scene ? label : input.name},
                                           {"triangles", mesh.triangles.size()},
                                           {"surface_cells", std::llround(e.surface_cells)},
                                           {"memory_bytes", std::llround(e.memory_bytes)},
                                           {"file_bytes", std::llround(e.file_bytes)},
+                                          {"voxel_m", voxel},
                                           {"seconds", e.seconds}});
         if (!o_.json)
             fmt::print("{}: {} triangles, about {:.2g} surface cells, {} of memory, {} of files, {:.2g} s\n",
@@ -270,6 +338,7 @@ class Convert {
     const ConvertOptions &o_;
     std::unique_ptr<Progress> progress_;
     RunReport report_;
+    std::set<double> chosen_; ///< voxels of the parts [m]
     json foreseen_ = {
         {"schema", "voxshell-estimate/1"}, {"version", tool_version()}, {"estimates", json::array()}};
 };
@@ -286,9 +355,20 @@ VerbAction add_convert(CLI::App &verb)
     verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")
         ->required()
         ->type_name("DIR");
-    add_length(verb, "--voxel", o->voxel,
-               "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m; no default: required, but a "
-               "scene says it)");
+    verb.add_option_function<std::string>(
+            "--voxel",
+            [o](const std::string &value) {
+                o->voxel_auto = value == "auto";
+                if (o->voxel_auto) return;
+                try {
+                    o->voxel = parse_length(value);
+                } catch (const Failure &failure) {
+                    throw Failure(failure.code, "", std::string("--voxel: ") + failure.what());
+                }
+            },
+            "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m), or auto: three voxels for 99 % of "
+            "the walls (no default: required, but a scene says it)")
+        ->type_name("LEN");
     verb.add_option(
             "--up", o->up,
             "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
@@ -297,10 +377,16 @@ VerbAction add_convert(CLI::App &verb)
     add_length(verb, "--close-gaps", o->close_gap,
                "fill a leaking part as if holes narrower than this were closed; cells and points stay "
                "(default: none; up to 64 voxels)");
+    add_length(verb, "--weld", o->weld,
+               "stitch cracks: move border vertices that are nearer than this onto each other (default: none; up to a "
+               "hundredth of the part)");
+    verb.add_flag("--inspect-mesh", o->inspect_mesh,
+                  "tell all about the mesh, and look for self-intersections in parts of more than 20 000 triangles");
     verb.add_option("--shell", o->shell,
                     "points: exact (on the surface) or naive (centres of cells) (default exact)")
         ->check(CLI::IsMember({"exact", "naive"}))
         ->type_name("KIND");
+    add_extra(verb, *o);
     add_shared(verb, *o,
                {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict,
                 Shared::force, Shared::format, Shared::report, Shared::reproducible, Shared::progress,

@@ -13,13 +13,14 @@
 namespace voxshell {
 namespace {
 
-void tell(const std::string &verb, const char *kind, const char *colour, const std::string &file, std::string what)
+void tell(const std::string &verb, const char *kind, const char *colour, const std::string &file,
+          std::string what)
 {
     for (char &c : what)
         if (c == '\n' || c == '\r') c = ' ';
     const bool coloured = may_colour(STDERR_FILENO);
-    fmt::print(stderr, "voxshell{}{}: {}{}:{} {}{}{}\n", verb.empty() ? "" : " ", verb, coloured ? colour : "", kind,
-               coloured ? "\033[0m" : "", file, file.empty() ? "" : ": ", what);
+    fmt::print(stderr, "voxshell{}{}: {}{}:{} {}{}{}\n", verb.empty() ? "" : " ", verb,
+               coloured ? colour : "", kind, coloured ? "\033[0m" : "", file, file.empty() ? "" : ": ", what);
 }
 
 } // namespace

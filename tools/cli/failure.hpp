@@ -24,15 +24,17 @@ enum class ExitCode : int {
 /// one, the fix, without the file's name when `file` is given. Caught once, in cli/main.cpp, which
 /// prints `voxshell VERB: error: FILE: WHAT` and exits with `code`.
 class Failure : public std::runtime_error {
-public:
+  public:
     Failure(ExitCode exit_code, std::string path, const std::string &what)
-        : std::runtime_error(what), code(exit_code), file(std::move(path)) {}
+        : std::runtime_error(what), code(exit_code), file(std::move(path))
+    {
+    }
     ExitCode code;
     std::string file; ///< may be empty
 };
 
-/// The exception that is being handled as a Failure: itself, or what no memory, a file system error or a bug is
-/// called. To be used in a catch block.
+/// The exception that is being handled as a Failure: itself, or what no memory, a file system error or a bug
+/// is called. To be used in a catch block.
 Failure current_failure();
 
 /// A thing worth telling that did not stop the work; listed in the report.

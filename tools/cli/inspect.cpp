@@ -38,7 +38,9 @@ std::string format_box(const std::array<double, 3> &size)
     const bool small = largest < 1, tiny = largest < 1e-3;
     const double scale = tiny ? 1e6 : small ? 1e3 : 1;
     return fmt::format("{:.6g} x {:.6g} x {:.6g} {}", size[0] * scale, size[1] * scale, size[2] * scale,
-                       tiny ? "um" : small ? "mm" : "m");
+                       tiny    ? "um"
+                       : small ? "mm"
+                               : "m");
 }
 
 std::string format_cell(const Cell &cell)
@@ -47,7 +49,7 @@ std::string format_cell(const Cell &cell)
 }
 
 /// What the frame of a .voxmap or .pointshell says.
-void tell_container(const fs::path &path, Told &told, json &channels)
+void tell_container(const fs::path &path, Told &told)
 {
     const AssetFile file(path);
     const vxs_container_header &header = file.header();
@@ -55,13 +57,10 @@ void tell_container(const fs::path &path, Told &told, json &channels)
     told.as_json["bytes"] = header.file_size;
     told.as_json["source_sha256"] = hex(file.source_hash());
     told.as_json["content_hash"] = hex(file.content_hash());
-    for (const vxs_container_section &section : file.sections()) {
-        if (section.id == VXS_VOXMAP_SECTION_LAYR) channels.push_back("layers");
-        if (section.id == VXS_VOXMAP_SECTION_DIST) channels.push_back("distance");
-    }
 }
 
-/// A .vdb has neither header nor hashes of ours: the version is OpenVDB's file version, the content hash that of its bytes.
+/// A .vdb has neither header nor hashes of ours: the version is OpenVDB's file version, the content hash that
+/// of its bytes.
 void tell_vdb(const fs::path &path, const Sha256 &source, Told &told)
 {
     std::ifstream file(path, std::ios::binary);
@@ -72,14 +71,17 @@ void tell_vdb(const fs::path &path, const Sha256 &source, Told &told)
     told.as_json["format"] = std::to_string(version);
     told.as_json["bytes"] = bytes.size();
     told.as_json["source_sha256"] = hex(source);
-    told.as_json["content_hash"] = hex(sha256({reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size()}));
+    told.as_json["content_hash"] =
+        hex(sha256({reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size()}));
 }
 
-std::string first_line(const fs::path &path, const json &j, const std::array<double, 3> &size, const std::string &counts)
+std::string first_line(const fs::path &path, const json &j, const std::array<double, 3> &size,
+                       const std::string &counts)
 {
-    return fmt::format("{}: {} {}, {}, voxel {}, {}, {}, source {}", path.filename().string(), j["kind"].get<std::string>(),
-                       j["format"].get<std::string>(), format_box(size), format_length(j["voxel_m"].get<double>()), counts,
-                       format_size(j["bytes"].get<std::uint64_t>()), j["source_sha256"].get<std::string>().substr(0, 12));
+    return fmt::format(
+        "{}: {} {}, {}, voxel {}, {}, {}, source {}", path.filename().string(), j["kind"].get<std::string>(),
+        j["format"].get<std::string>(), format_box(size), format_length(j["voxel_m"].get<double>()), counts,
+        format_size(j["bytes"].get<std::uint64_t>()), j["source_sha256"].get<std::string>().substr(0, 12));
 }
 
 void tell_hashes(Told &told, const std::string &meta)
@@ -94,14 +96,16 @@ Told inspect_cells(const fs::path &path, AssetKind kind)
     const VoxmapFile file = read_cells(path, kind);
     const Cells &cells = file.cells;
     Told told;
-    json channels = json::array();
     told.as_json["kind"] = name_of(kind);
-    if (kind == AssetKind::voxmap) tell_container(path, told, channels);
-    else tell_vdb(path, file.source_hash, told);
+    if (kind == AssetKind::voxmap)
+        tell_container(path, told);
+    else
+        tell_vdb(path, file.source_hash, told);
     told.as_json["voxel_m"] = cells.voxel;
     told.as_json["bbox_cells"] = {{"min", cells.min}, {"max", cells.max}};
     told.as_json["surface_cells"] = cells.surface_cells;
     told.as_json["interior_cells"] = cells.interior_cells;
+    const std::vector<std::string> channels = channel_names(file.channels);
     told.as_json["channels"] = channels;
 
     std::array<double, 3> size{};
@@ -110,14 +114,14 @@ Told inspect_cells(const fs::path &path, AssetKind kind)
     told.first = first_line(path, told.as_json, size,
                             fmt::format("{} surface and {} interior cells", format_count(cells.surface_cells),
                                         format_count(cells.interior_cells)));
-    told.rows = {{"unit", "metres, +Y up"},
-                 {"cells", format_cell(cells.min) + " to " + format_cell(cells.max)},
-                 {"mesh", cells.closed ? "closed" : "open"},
-                 {"bricks", fmt::format("{} of 8 x 8 x 8 cells, {} solid runs", format_count(cells.bricks.size()),
-                                        format_count(cells.solid.size()))}};
-    std::string names;
-    for (const json &channel : channels) names += (names.empty() ? "" : ", ") + channel.get<std::string>();
-    told.rows.push_back({"channels", names.empty() ? "none" : names});
+    told.rows = {
+        {"unit", "metres, +Y up"},
+        {"cells", format_cell(cells.min) + " to " + format_cell(cells.max)},
+        {"mesh", cells.closed ? "closed" : "open"},
+        {"bricks", fmt::format("{} of 8 x 8 x 8 cells, {} solid runs", format_count(cells.bricks.size()),
+                               format_count(cells.solid.size()))}};
+    told.rows.push_back(
+        {"channels", channels.empty() ? "none" : fmt::format("{}", fmt::join(channels, ", "))});
     tell_hashes(told, file.meta);
     return told;
 }
@@ -127,9 +131,8 @@ Told inspect_shell(const fs::path &path)
     const PointshellFile file = read_pointshell(path);
     const Shell &shell = file.shell;
     Told told;
-    json channels = json::array();
     told.as_json["kind"] = "pointshell";
-    tell_container(path, told, channels);
+    tell_container(path, told);
     const char *kind = shell.kind == ShellKind::exact ? "exact" : "naive";
     told.as_json["voxel_m"] = shell.voxel;
     told.as_json["kind_of_shell"] = kind;
@@ -148,13 +151,15 @@ Told inspect_shell(const fs::path &path)
         }
         size[axis] = high[axis] - low[axis];
     }
-    told.first = first_line(path, told.as_json, size, fmt::format("{} {} points", format_count(shell.points.size()), kind));
+    told.first = first_line(path, told.as_json, size,
+                            fmt::format("{} {} points", format_count(shell.points.size()), kind));
     told.rows = {{"unit", "metres, +Y up"},
-                 {"box", fmt::format("({:.9g}, {:.9g}, {:.9g}) to ({:.9g}, {:.9g}, {:.9g}) m", low[0], low[1], low[2], high[0],
-                                     high[1], high[2])},
+                 {"box", fmt::format("({:.9g}, {:.9g}, {:.9g}) to ({:.9g}, {:.9g}, {:.9g}) m", low[0], low[1],
+                                     low[2], high[0], high[1], high[2])},
                  {"cells", format_count(shell.surface_cells) + " with at least one point"},
                  {"area", fmt::format("{:.9g} m2", shell.area)},
-                 {"gap", fmt::format("{} at most, {:.3f} voxels", format_length(shell.gap_max), shell.gap_max / shell.voxel)},
+                 {"gap", fmt::format("{} at most, {:.3f} voxels", format_length(shell.gap_max),
+                                     shell.gap_max / shell.voxel)},
                  {"error", format_length(shell.surface_error) + " off the surface at most"},
                  {"clusters", format_count(shell.clusters.size())}};
     tell_hashes(told, file.meta);
@@ -173,7 +178,8 @@ VerbAction add_inspect(CLI::App &verb)
     add_shared(verb, *o, {Shared::format});
     return [o] {
         const AssetKind kind = asset_kind(o->file);
-        const Told told = kind == AssetKind::pointshell ? inspect_shell(o->file) : inspect_cells(o->file, kind);
+        const Told told =
+            kind == AssetKind::pointshell ? inspect_shell(o->file) : inspect_cells(o->file, kind);
         if (o->json) {
             fmt::print("{}", json_text(told.as_json));
             return ExitCode::ok;

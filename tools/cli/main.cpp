@@ -52,13 +52,16 @@ std::string help(const CLI::App *app, std::string, CLI::AppFormatMode)
     constexpr std::size_t column = 24, width = 100;
     const auto row = [](std::string left, const std::string &text) {
         left = "  " + left;
-        if (left.size() + 2 > column) left += "\n" + std::string(column, ' ');
-        else left.resize(column, ' ');
+        if (left.size() + 2 > column)
+            left += "\n" + std::string(column, ' ');
+        else
+            left.resize(column, ' ');
         return left + wrapped(text, width - column, column) + "\n";
     };
     const Verb *verb = find_verb(app->get_name());
-    std::string out = verb ? fmt::format("{}\n\nvoxshell {}: {}\n", verb->example, verb->name, verb->summary)
-                           : fmt::format("{}\n\nvoxshell VERB ...: {}\n", verbs()[0].example, app->get_description());
+    std::string out =
+        verb ? fmt::format("{}\n\nvoxshell {}: {}\n", verb->example, verb->name, verb->summary)
+             : fmt::format("{}\n\nvoxshell VERB ...: {}\n", verbs()[0].example, app->get_description());
     std::string arguments, options;
     for (const CLI::Option *option : app->get_options()) {
         if (option->get_positional()) {
@@ -85,8 +88,10 @@ std::string help(const CLI::App *app, std::string, CLI::AppFormatMode)
 int complain(const std::string &verb, const Failure &failure)
 {
     const std::string who = verb.empty() ? "voxshell" : "voxshell " + verb;
-    if (failure.code == ExitCode::interrupted) fmt::print(stderr, "{}: interrupted\n", who);
-    else tell_failure(verb, failure);
+    if (failure.code == ExitCode::interrupted)
+        fmt::print(stderr, "{}: interrupted\n", who);
+    else
+        tell_failure(verb, failure);
     if (failure.code == ExitCode::usage) fmt::print(stderr, "see {} --help\n", who);
     return static_cast<int>(failure.code);
 }
@@ -106,7 +111,8 @@ int run(int argc, char **argv)
             sub->set_version_flag("--version", "voxshell " VOXSHELL_VERSION, "this program's version");
             actions.emplace_back(sub, verb.add(*sub));
         }
-        if (argc > 1 && find_verb(argv[1])) chosen = argv[1];
+        if (argc > 1 && find_verb(argv[1]))
+            chosen = argv[1];
         else if (argc > 1 && argv[1][0] != '-')
             throw Failure(ExitCode::usage, "", fmt::format("'{}' is not a verb", argv[1]));
         app.parse(argc, argv);

@@ -24,7 +24,8 @@ bool split_number(std::string_view text, std::string_view &number, std::string_v
 {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc::invalid_argument || text.empty() || text[0] == 'i' || text[0] == 'n') return false;
+    if (error == std::errc::invalid_argument || text.empty() || text[0] == 'i' || text[0] == 'n')
+        return false;
     number = text.substr(0, static_cast<std::size_t>(end - text.data()));
     rest = text.substr(number.size());
     return true;
@@ -53,16 +54,21 @@ struct SharedText {
 };
 
 constexpr SharedText shared_texts[] = {
-    {Shared::unit, "--unit", "UNIT", "unit of an STL file, which has none: mm, cm, m or in; required for STL, glTF is in metres"},
-    {Shared::jobs, "-j,--jobs", "N", "threads (default 0 = all cores; 0 to 1024); the results do not depend on it"},
-    {Shared::max_memory, "--max-memory", "SIZE", "refuse work that needs more (default: the machine's memory; 16M or more, as 512M, 4G)"},
+    {Shared::unit, "--unit", "UNIT",
+     "unit of an STL file, which has none: mm, cm, m or in; required for STL, glTF is in metres"},
+    {Shared::jobs, "-j,--jobs", "N",
+     "threads (default 0 = all cores; 0 to 1024); the results do not depend on it"},
+    {Shared::max_memory, "--max-memory", "SIZE",
+     "refuse work that needs more (default: the machine's memory; 16M or more, as 512M, 4G)"},
     {Shared::dry_run, "--dry-run", "", "check and estimate cells, bytes and seconds; write nothing"},
-    {Shared::strict, "--strict", "", "refuse where a guess would be needed: open, leaking or inside-out parts"},
+    {Shared::strict, "--strict", "",
+     "refuse where a guess would be needed: open, leaking or inside-out parts"},
     {Shared::force, "--force", "", "overwrite files that have other content"},
     {Shared::format, "--format", "FORMAT", "of the results on stdout: text or json (default text)"},
     {Shared::report, "--report", "FILE", "write the report as JSON"},
     {Shared::reproducible, "--reproducible", "", "leave times, memory and folders out of the report"},
-    {Shared::progress, "--progress", "WHEN", "progress on stderr: auto, always, never or json (default auto = on a terminal)"},
+    {Shared::progress, "--progress", "WHEN",
+     "progress on stderr: auto, always, never or json (default auto = on a terminal)"},
     {Shared::quiet, "-q,--quiet", "", "results and errors only: no progress, no warnings on stderr"},
 };
 
@@ -75,7 +81,9 @@ void add_shared(CLI::App &verb, SharedOptions &o, std::initializer_list<Shared> 
         const std::string name = row.name, text = row.text;
         CLI::Option *option = nullptr;
         switch (row.which) {
-        case Shared::jobs: option = verb.add_option(name, o.jobs, text)->check(CLI::Range(0, 1024)); break;
+        case Shared::jobs:
+            option = verb.add_option(name, o.jobs, text)->check(CLI::Range(0, 1024));
+            break;
         case Shared::max_memory:
             option = verb.add_option_function<std::string>(
                 name,
@@ -85,18 +93,32 @@ void add_shared(CLI::App &verb, SharedOptions &o, std::initializer_list<Shared> 
                 },
                 text);
             break;
-        case Shared::unit: option = verb.add_option(name, o.unit, text)->check(CLI::IsMember({"mm", "cm", "m", "in"})); break;
-        case Shared::dry_run: verb.add_flag(name, o.dry_run, text); break;
-        case Shared::strict: verb.add_flag(name, o.strict, text); break;
-        case Shared::force: verb.add_flag(name, o.force, text); break;
-        case Shared::quiet: verb.add_flag(name, o.quiet, text); break;
-        case Shared::reproducible: verb.add_flag(name, o.reproducible, text); break;
+        case Shared::unit:
+            option = verb.add_option(name, o.unit, text)->check(CLI::IsMember({"mm", "cm", "m", "in"}));
+            break;
+        case Shared::dry_run:
+            verb.add_flag(name, o.dry_run, text);
+            break;
+        case Shared::strict:
+            verb.add_flag(name, o.strict, text);
+            break;
+        case Shared::force:
+            verb.add_flag(name, o.force, text);
+            break;
+        case Shared::quiet:
+            verb.add_flag(name, o.quiet, text);
+            break;
+        case Shared::reproducible:
+            verb.add_flag(name, o.reproducible, text);
+            break;
         case Shared::format:
             option = verb.add_option_function<std::string>(
                 name, [&o](const std::string &value) { o.json = value == "json"; }, text);
             option->check(CLI::IsMember({"text", "json"}));
             break;
-        case Shared::report: option = verb.add_option(name, o.report, text); break;
+        case Shared::report:
+            option = verb.add_option(name, o.report, text);
+            break;
         case Shared::progress:
             option = verb.add_option_function<std::string>(
                 name,
@@ -114,7 +136,8 @@ void add_shared(CLI::App &verb, SharedOptions &o, std::initializer_list<Shared> 
     }
 }
 
-CLI::Option *add_length(CLI::App &verb, const std::string &name, double &metres, const std::string &text, bool zero)
+CLI::Option *add_length(CLI::App &verb, const std::string &name, double &metres, const std::string &text,
+                        bool zero)
 {
     return verb
         .add_option_function<std::string>(
@@ -136,14 +159,21 @@ double parse_length(std::string_view text, bool zero)
     if (!split_number(text, number, unit)) refuse(fmt::format("'{}' is not a length; write 0.5mm", text));
     if (unit.empty()) refuse(fmt::format("'{}' has no unit; write {}mm (um, mm, cm, m, in)", text, text));
     double metres = 0;
-    if (unit == "m") metres = scaled(number, 0);
-    else if (unit == "cm") metres = scaled(number, -2);
-    else if (unit == "mm") metres = scaled(number, -3);
-    else if (unit == "um") metres = scaled(number, -6);
-    else if (unit == "in") metres = scaled(number, -4) * 254;
-    else refuse(fmt::format("'{}' has the unknown unit '{}'; use um, mm, cm, m or in", text, unit));
+    if (unit == "m")
+        metres = scaled(number, 0);
+    else if (unit == "cm")
+        metres = scaled(number, -2);
+    else if (unit == "mm")
+        metres = scaled(number, -3);
+    else if (unit == "um")
+        metres = scaled(number, -6);
+    else if (unit == "in")
+        metres = scaled(number, -4) * 254;
+    else
+        refuse(fmt::format("'{}' has the unknown unit '{}'; use um, mm, cm, m or in", text, unit));
     if (zero && metres == 0) return 0;
-    if (!(metres >= 1e-12 && metres <= 1e9)) refuse(fmt::format("'{}' is out of range (1e-12m to 1e9m)", text));
+    if (!(metres >= 1e-12 && metres <= 1e9))
+        refuse(fmt::format("'{}' is out of range (1e-12m to 1e9m)", text));
     return metres;
 }
 
@@ -156,7 +186,8 @@ std::uint64_t parse_size(std::string_view text)
         for (std::string_view tail : {"iB", "B"})
             if (rest.size() > 1 && rest.ends_with(tail)) rest.remove_suffix(tail.size());
         const std::size_t power = rest.empty() ? 0 : std::string_view("KMGT").find(rest) + 1;
-        if (rest.size() <= 1 && power <= 4 && value <= (UINT64_MAX >> (10 * power)) >> 1) return value << (10 * power);
+        if (rest.size() <= 1 && power <= 4 && value <= (UINT64_MAX >> (10 * power)) >> 1)
+            return value << (10 * power);
     }
     refuse(fmt::format("'{}' is not a memory size; write 512M or 4G", text));
 }

@@ -26,7 +26,7 @@ extern "C" void remember_interrupt(int)
 }
 
 class Watched : public Progress {
-public:
+  public:
     void check() override
     {
         if (interrupted) throw Failure(ExitCode::interrupted, "", "interrupted");
@@ -34,7 +34,7 @@ public:
 };
 
 class Shown final : public Watched {
-public:
+  public:
     explicit Shown(bool json) : json_(json) {}
     ~Shown() override { wipe(); }
 
@@ -58,7 +58,7 @@ public:
         if (lock.owns_lock()) show();
     }
 
-private:
+  private:
     using Clock = std::chrono::steady_clock;
 
     void show() // with the lock held
@@ -69,7 +69,8 @@ private:
             fmt::print(stderr, "{{\"stage\":\"{}\",\"done\":{},\"total\":{}}}\n", name_, done, total_);
             return;
         }
-        const double part = total_ ? std::min(1.0, static_cast<double>(done) / static_cast<double>(total_)) : 0;
+        const double part =
+            total_ ? std::min(1.0, static_cast<double>(done) / static_cast<double>(total_)) : 0;
         std::string line = fmt::format("\r\033[K{:<12} [{:<24}] {:3.0f}%", name_,
                                        std::string(static_cast<std::size_t>(part * 24), '='), part * 100);
         const double spent = std::chrono::duration<double>(Clock::now() - begin_).count();

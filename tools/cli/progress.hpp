@@ -11,7 +11,7 @@ namespace voxshell {
 /// Where long work tells how far it is. The base class is silent: libraries take a `Progress &` and
 /// never know whether somebody watches. `advance` and `check` are safe from any thread.
 class Progress {
-public:
+  public:
     virtual ~Progress() = default;
     /// A new stage of `total` units of work begins ("voxelise", 102400). Not thread-safe.
     virtual void stage(std::string_view /*name*/, std::uint64_t /*total*/) {}
@@ -27,7 +27,8 @@ enum class ProgressMode { automatic, always, never, json }; ///< automatic: only
 /// (`{"stage":"voxelise","done":512,"total":4096}`). Its check() notices ^C even where nothing is shown.
 std::unique_ptr<Progress> make_progress(ProgressMode mode, bool quiet);
 
-/// From now on SIGINT and SIGTERM are remembered for check() instead of ending the process; a second one ends it.
+/// From now on SIGINT and SIGTERM are remembered for check() instead of ending the process; a second one ends
+/// it.
 void catch_interrupts();
 
 /// True if text on this file descriptor may be coloured: a terminal, and no NO_COLOR.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/run_report.hpp"
 
+#include "cli/convert_extra.hpp"
 #include "pipeline/estimate.hpp"
 #include "pipeline/output.hpp"
 
@@ -10,16 +11,52 @@ namespace voxshell {
 
 using json = nlohmann::ordered_json;
 
+namespace {
+
+json mesh_json(const Part &part)
+{
+    const MeshReport &mesh = part.mesh;
+    const auto or_null = [](const std::optional<std::uint64_t> &count) { return count ? json(*count) : json(nullptr); };
+    return {{"boundary_edges", mesh.boundary_edges},
+            {"open_edges_on_lattice", or_null(part.open_on_lattice)},
+            {"non_manifold_edges", mesh.non_manifold_edges},
+            {"badly_wound_edges", mesh.badly_wound_edges},
+            {"shells", mesh.shells},
+            {"duplicate", mesh.duplicate},
+            {"self_intersections", or_null(part.self_intersections)},
+            {"flipped", part.orient.flipped},
+            {"shells_flipped", part.orient.shells_flipped},
+            {"stitched", part.stitch.vertices},
+            {"stitched_max_m", part.stitch.farthest},
+            {"stitched_edges", part.stitch.closed_edges}};
+}
+
+json thickness_json(const Thickness &walls, double voxel)
+{
+    if (!walls.meaningful()) return nullptr;
+    json below = json::array();
+    for (const double voxels : thickness_classes)
+        below.push_back({{"voxels", voxels}, {"share", walls.share_below(wall_of(voxels, voxel))}});
+    return {{"samples", walls.walls.size()},
+            {"q01_m", walls.quantile(0.01)},
+            {"q05_m", walls.quantile(0.05)},
+            {"q50_m", walls.quantile(0.5)},
+            {"thinnest_m", walls.thinnest},
+            {"thinnest_at_m", walls.thinnest_at},
+            {"below", below}};
+}
+
+} // namespace
+
 RunReport::RunReport(bool reproducible)
-    : reproducible_(reproducible),
-      json_({{"schema", "voxshell-report/1"},
-             {"version", tool_version()},
-             {"options", json::object()},
-             {"inputs", json::array()},
-             {"parts", json::array()},
-             {"outputs", json::array()},
-             {"warnings", json::array()},
-             {"failed", json::array()}})
+    : reproducible_(reproducible), json_({{"schema", "voxshell-report/1"},
+                                          {"version", tool_version()},
+                                          {"options", json::object()},
+                                          {"inputs", json::array()},
+                                          {"parts", json::array()},
+                                          {"outputs", json::array()},
+                                          {"warnings", json::array()},
+                                          {"failed", json::array()}})
 {
 }
 
@@ -42,7 +79,9 @@ void RunReport::part(const Part &part, double voxel)
 {
     json leak = nullptr;
     if (part.cells.leak)
-        leak = {{"at_m", part.cells.leak->at}, {"winding", part.cells.leak->winding}, {"cells", part.cells.leak->cells}};
+        leak = {{"at_m", part.cells.leak->at},
+                {"winding", part.cells.leak->winding},
+                {"cells", part.cells.leak->cells}};
     json_["parts"].push_back({{"name", part.name},
                               {"triangles", part.mesh.triangles},
                               {"degenerate", part.mesh.degenerate},
@@ -53,14 +92,19 @@ void RunReport::part(const Part &part, double voxel)
                               {"surface_cells", part.surface_cells},
                               {"interior_cells", part.interior_cells},
                               {"points", part.points},
-                              {"gap_max_h", part.gap_max / voxel},
+                              {"gap_max_h", part.gap_max / part.shell_voxel},
                               {"surface_error_max_m", part.surface_error},
-                              {"leak", leak}});
+                              {"leak", leak},
+                              {"voxel_m", voxel},
+                              {"mesh", mesh_json(part)},
+                              {"thickness", thickness_json(part.thickness, voxel)}});
+    json_["parts"].back().update(extra_json(part));
 }
 
 void RunReport::output(const std::filesystem::path &path, std::span<const std::uint8_t> bytes)
 {
-    json_["outputs"].push_back({{"path", shown(path)}, {"bytes", bytes.size()}, {"sha256", hex(sha256(bytes))}});
+    json_["outputs"].push_back(
+        {{"path", shown(path)}, {"bytes", bytes.size()}, {"sha256", hex(sha256(bytes))}});
 }
 
 void RunReport::warning(const Warning &warning)

@@ -14,7 +14,7 @@
 namespace voxshell {
 
 class RunReport {
-public:
+  public:
     /// `reproducible`: no cost, and file names without their folders.
     explicit RunReport(bool reproducible);
     void options(nlohmann::ordered_json effective);
@@ -26,7 +26,7 @@ public:
     /// With the cost up to now, unless reproducible.
     std::string text() const;
 
-private:
+  private:
     std::string shown(const std::filesystem::path &path) const;
     bool reproducible_;
     std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

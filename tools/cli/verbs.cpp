@@ -10,13 +10,15 @@ std::span<const Verb> verbs()
          "voxshell convert part.stl --unit mm -o out --voxel 0.5mm", add_convert},
         {"inspect", "what is in an asset", "voxshell inspect out/part.voxmap", add_inspect},
         {"verify", "every rule of the format, checksums and semantics",
-         "voxshell verify out/\nvoxshell verify out/part.pointshell --against part.stl --unit mm", add_verify},
+         "voxshell verify out/\nvoxshell verify out/part.pointshell --against part.stl --unit mm",
+         add_verify},
         {"diff", "what differs between two assets: structure, then values",
          "voxshell diff old/part.voxmap new/part.voxmap", add_diff},
         {"pack", ".vdb to .voxmap", "voxshell pack part.vdb -o part.voxmap", add_pack},
-        {"export", "an asset as .vdb, .ply, .glb or .csv", "voxshell export part.pointshell -o part.ply", add_export},
-        {"simulate", "the servo loop on a device", "voxshell simulate cup.scene.json --seconds 5 --trace trace.csv",
-         add_simulate},
+        {"export", "an asset as .vdb, .ply, .glb or .csv", "voxshell export part.pointshell -o part.ply",
+         add_export},
+        {"simulate", "the servo loop on a device",
+         "voxshell simulate cup.scene.json --seconds 5 --trace trace.csv", add_simulate},
     };
     return table;
 }

@@ -44,14 +44,15 @@ Extent extent(const Mesh &mesh)
             out.edge += (std::abs(u[axis]) + std::abs(v[axis]) + std::abs(c[axis] - b[axis])) / 2;
         }
         out.area += (std::abs(u[1] * v[2] - u[2] * v[1]) + std::abs(u[2] * v[0] - u[0] * v[2]) +
-                     std::abs(u[0] * v[1] - u[1] * v[0])) / 2;
+                     std::abs(u[0] * v[1] - u[1] * v[0])) /
+                    2;
     }
     out.triangles = static_cast<double>(mesh.triangles.size());
     out.vertices = static_cast<double>(mesh.vertices.size());
     return out;
 }
 
-Estimate estimate(const Extent &e, double voxel)
+Estimate estimate(const Extent &e, double voxel, const ChannelRequest &channels)
 {
     const double brick = 8 * voxel;
     Estimate out;
@@ -59,9 +60,15 @@ Estimate estimate(const Extent &e, double voxel)
     out.pairs = e.area / (brick * brick) + e.edge / brick + e.triangles;
     const double bricks = std::min(out.pairs, out.surface_cells / 24 + 1);
     // Measured on parts of 10^3 to 10^6 triangles and 10^4 to 10^7 cells, rounded up.
-    out.memory_bytes = 48e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs + 160 * out.surface_cells + 4096 * bricks;
+    out.memory_bytes = 48e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs +
+                       160 * out.surface_cells + 4096 * bricks;
     out.file_bytes = 8192 + 34 * out.surface_cells + 400 * bricks;
     out.seconds = 0.03 + 6e-6 * e.triangles + 2e-6 * out.pairs + 3e-6 * out.surface_cells;
+    const double speaking = 3.5 * bricks; // the bricks within a channel's reach
+    const bool layers = channels.layers > 0, distance = channels.distance_cells > 0;
+    out.memory_bytes += speaking * (3072 * layers + 4096 * distance);
+    out.file_bytes += speaking * (700 * layers + 2048 * distance);
+    out.seconds += speaking * (3e-6 * layers + 1e-4 * distance);
     return out;
 }
 
@@ -72,35 +79,51 @@ bool fits(const Estimate &e, double budget)
 
 } // namespace
 
-Estimate estimate(const Mesh &mesh, double voxel)
+Estimate estimate(const Mesh &mesh, double voxel, const ChannelRequest &channels)
 {
-    return estimate(extent(mesh), voxel);
+    return estimate(extent(mesh), voxel, channels);
 }
 
-void check_budget(const Mesh &mesh, double voxel, std::uint64_t budget)
+Estimate estimate(const Mesh &mesh, double voxel, const ChannelRequest &channels, double shell_spacing)
 {
     const Extent e = extent(mesh);
-    const Estimate need = estimate(e, voxel);
+    Estimate out = estimate(e, voxel, channels);
+    if (!(shell_spacing > 0) || shell_spacing == voxel) return out;
+    const Estimate shell = estimate(e, shell_spacing, {});
+    out.memory_bytes = std::max(out.memory_bytes, shell.memory_bytes);
+    out.file_bytes += 29 * (shell.surface_cells - out.surface_cells); // bytes of a point
+    out.seconds += shell.seconds;
+    return out;
+}
+
+void check_budget(const Mesh &mesh, double voxel, std::uint64_t budget, const ChannelRequest &channels,
+                  const char *length)
+{
+    const Extent e = extent(mesh);
+    const Estimate need = estimate(e, voxel, channels);
     const double limit = static_cast<double>(budget);
     if (fits(need, limit)) return;
     double low = voxel, high = voxel; // fits at `high`
-    while (!fits(estimate(e, high), limit) && high < 1e9) high *= 2;
-    const std::string what =
-        fmt::format("voxel {} makes about {:.2g} surface cells and needs about {:.1f} GiB of memory, {:.1f} GiB are allowed",
-                    format_length(voxel), need.surface_cells, need.memory_bytes / (1 << 30), limit / (1 << 30));
-    if (high >= 1e9) throw Failure(ExitCode::requirement, "", what + "; no voxel is large enough, raise --max-memory");
+    while (!fits(estimate(e, high, channels), limit) && high < 1e9) high *= 2;
+    const std::string what = fmt::format("{} {} makes about {:.2g} surface cells and needs about {:.1f} "
+                                         "GiB of memory, {:.1f} GiB are allowed",
+                                         length, format_length(voxel), need.surface_cells,
+                                         need.memory_bytes / (1 << 30), limit / (1 << 30));
+    if (high >= 1e9)
+        throw Failure(ExitCode::requirement, "", what + "; no " + length + " is large enough, raise --max-memory");
     for (int step = 0; step < 40; ++step) {
         const double middle = std::sqrt(low * high);
-        (fits(estimate(e, middle), limit) ? high : low) = middle;
+        (fits(estimate(e, middle, channels), limit) ? high : low) = middle;
     }
     const double unit = std::pow(10.0, std::floor(std::log10(high)) - 1); // two digits, rounded up
     throw Failure(ExitCode::requirement, "",
-                  what + "; the smallest voxel that fits is " + format_length(std::ceil(high / unit) * unit));
+                  what + "; the smallest " + length + " that fits is " + format_length(std::ceil(high / unit) * unit));
 }
 
 std::uint64_t machine_memory()
 {
-    std::uint64_t bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    std::uint64_t bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                          static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
     rlimit limit = {};
     if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
         bytes = std::min<std::uint64_t>(bytes, limit.rlim_cur);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "import/scene.hpp"
+#include "voxmap/channels.hpp"
 
 #include <cstdint>
 
@@ -16,11 +17,15 @@ struct Estimate {
     double seconds = 0;       ///< on two cores of 2020; a guess
 };
 
-Estimate estimate(const Mesh &mesh, double voxel);
+Estimate estimate(const Mesh &mesh, double voxel, const ChannelRequest &channels = {});
 
-/// Throws Failure(requirement), naming the smallest voxel that fits, where estimate() asks for more memory than
-/// `budget` [bytes] or for more points than a .pointshell holds.
-void check_budget(const Mesh &mesh, double voxel, std::uint64_t budget);
+/// With a shell of another spacing [m].
+Estimate estimate(const Mesh &mesh, double voxel, const ChannelRequest &channels, double shell_spacing);
+
+/// Throws Failure(requirement), naming the smallest voxel that fits, where estimate() asks for more memory
+/// than `budget` [bytes] or for more points than a .pointshell holds. `length`: what the message calls the voxel.
+void check_budget(const Mesh &mesh, double voxel, std::uint64_t budget, const ChannelRequest &channels = {},
+                  const char *length = "voxel");
 
 /// What this process may use [bytes]: the machine's memory, or less where the process is limited.
 std::uint64_t machine_memory();

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 }
 
 class Descriptor {
-public:
+  public:
     explicit Descriptor(int fd) : fd_(fd) {}
     ~Descriptor() { close(); }
     Descriptor(const Descriptor &) = delete;
@@ -38,7 +38,7 @@ public:
         return fd < 0 ? 0 : ::close(fd);
     }
 
-private:
+  private:
     int fd_;
 };
 
@@ -46,13 +46,15 @@ bool same_content(const fs::path &path, std::span<const std::uint8_t> bytes)
 {
     const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
     struct stat status = {};
-    if (file.get() < 0 || fstat(file.get(), &status) != 0 || static_cast<std::uint64_t>(status.st_size) != bytes.size())
+    if (file.get() < 0 || fstat(file.get(), &status) != 0 ||
+        static_cast<std::uint64_t>(status.st_size) != bytes.size())
         return false;
     std::vector<std::uint8_t> block(std::min<std::size_t>(bytes.size(), 1 << 20));
     for (std::size_t at = 0; at < bytes.size();) {
         const ssize_t got = read(file.get(), block.data(), std::min(block.size(), bytes.size() - at));
         if (got < 0 && errno == EINTR) continue;
-        if (got <= 0 || std::memcmp(block.data(), bytes.data() + at, static_cast<std::size_t>(got)) != 0) return false;
+        if (got <= 0 || std::memcmp(block.data(), bytes.data() + at, static_cast<std::size_t>(got)) != 0)
+            return false;
         at += static_cast<std::size_t>(got);
     }
     return true;
@@ -87,15 +89,18 @@ bool Outputs::make_way(const fs::path &path)
     std::vector<fs::path> missing;
     for (fs::path at = folder; !at.empty() && !fs::exists(at); at = at.parent_path()) missing.push_back(at);
     for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
-        if (mkdir(at->c_str(), 0777) == 0) made_folders_.push_back(*at);
-        else if (errno != EEXIST) fail(*at, errno);
+        if (mkdir(at->c_str(), 0777) == 0)
+            made_folders_.push_back(*at);
+        else if (errno != EEXIST)
+            fail(*at, errno);
     }
     if (!fs::is_directory(folder)) throw Failure(ExitCode::system, folder.string(), "is not a folder");
 
     std::error_code ignored;
     const fs::file_status there = fs::status(path, ignored);
     if (!fs::exists(there)) return false;
-    if (!fs::is_regular_file(there)) throw Failure(ExitCode::system, path.string(), "exists and is not a file");
+    if (!fs::is_regular_file(there))
+        throw Failure(ExitCode::system, path.string(), "exists and is not a file");
     return true;
 }
 
@@ -139,7 +144,8 @@ void Outputs::add_stream(const fs::path &path, const std::function<void(const Si
         write_all(path, file.get(), {reinterpret_cast<const std::uint8_t *>(piece.data()), piece.size()});
         if (same) {
             block.resize(piece.size());
-            same = pread(old.get(), block.data(), block.size(), static_cast<off_t>(size)) == static_cast<ssize_t>(block.size()) &&
+            same = pread(old.get(), block.data(), block.size(), static_cast<off_t>(size)) ==
+                       static_cast<ssize_t>(block.size()) &&
                    block == piece;
         }
         size += piece.size();
@@ -178,7 +184,8 @@ Outputs::~Outputs()
 {
     for (const Pending &each : pending_)
         if (!each.temporary.empty()) unlink(each.temporary.c_str());
-    for (auto at = made_folders_.rbegin(); at != made_folders_.rend(); ++at) rmdir(at->c_str()); // only if empty
+    for (auto at = made_folders_.rbegin(); at != made_folders_.rend(); ++at)
+        rmdir(at->c_str()); // only if empty
 }
 
 } // namespace voxshell

@@ -13,10 +13,10 @@
 namespace voxshell {
 
 /// A set of output files that come into being together: each is written under a temporary name in its target
-/// folder, synced, and renamed by commit(). Destroyed without commit (a Failure, ^C), it leaves nothing behind,
-/// neither files nor the folders that it made. Throws Failure(system) on any error, with the path.
+/// folder, synced, and renamed by commit(). Destroyed without commit (a Failure, ^C), it leaves nothing
+/// behind, neither files nor the folders that it made. Throws Failure(system) on any error, with the path.
 class Outputs {
-public:
+  public:
     explicit Outputs(bool force) : force_(force) {}
     ~Outputs();
     Outputs(const Outputs &) = delete;
@@ -30,7 +30,7 @@ public:
     void add_stream(const std::filesystem::path &path, const std::function<void(const Sink &)> &write);
     void commit();
 
-private:
+  private:
     struct Pending {
         std::filesystem::path temporary, target; ///< no temporary: the same bytes are there already
     };
