@@ -38,11 +38,11 @@ bool Ray::meets(const Box &box) const
 {
     double from = first, to = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i) {
-        if (d[i] == 0) {
+        if (d[i] == 0) { // the product below would be no number on a face's plane
             if (p[i] < box.low[i] || p[i] > box.high[i]) return false;
             continue;
         }
-        const double a = (box.low[i] - p[i]) / d[i], b = (box.high[i] - p[i]) / d[i];
+        const double a = (box.low[i] - p[i]) * inverse[i], b = (box.high[i] - p[i]) * inverse[i];
         from = std::max(from, std::min(a, b));
         to = std::min(to, std::max(a, b));
     }

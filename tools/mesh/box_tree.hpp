@@ -21,9 +21,14 @@ struct Box {
 
 /// p + t * d for t >= first. Made once, asked of many boxes.
 struct Ray {
-    Point p, d;
-    double first = 0;
+    Ray(const Point &from, const Point &direction, double begin) : p(from), d(direction), first(begin)
+    {
+        for (int i = 0; i < 3; ++i) inverse[i] = 1 / d[i];
+    }
     bool meets(const Box &box) const;
+
+    Point p, d, inverse;
+    double first;
 };
 
 /// A complete binary tree of boxes over the triangles in Morton order. Boxes are a rounding larger than what

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <memory>
 
 namespace voxshell {
@@ -30,11 +31,18 @@ public:
     {
         switch (shared_) {
         case 0: return CGAL::do_intersect(triangle(t_), triangle(s_));
-        case 1: return CGAL::do_intersect(triangle(t_), opposite(s_, at_s_[0])) ||
-                       CGAL::do_intersect(triangle(s_), opposite(t_, at_t_[0]));
+        case 1: {
+            const auto one = triangle(t_);
+            const auto across = opposite(s_, at_s_[0]);
+            const auto side = [&](const auto &p) { return CGAL::orientation(one[0], one[1], one[2], p); };
+            const auto source = side(across.source());
+            if (source != CGAL::COPLANAR && source == side(across.target())) return false; // as most neighbours do
+            return CGAL::do_intersect(one, across) || CGAL::do_intersect(triangle(s_), opposite(t_, at_t_[0]));
+        }
         case 2: { // folded onto each other
             const auto a = point(t_, at_t_[0]), b = point(t_, at_t_[1]);
             const auto p = point(t_, 3 - at_t_[0] - at_t_[1]), q = point(s_, 3 - at_s_[0] - at_s_[1]);
+            if (apart(b - a, p - a, q - a)) return false;
             return CGAL::coplanar(a, b, p, q) && CGAL::coplanar_orientation(a, b, p, q) == CGAL::POSITIVE;
         }
         default: return false;
@@ -42,6 +50,14 @@ public:
     }
 
 private:
+    // Whether p and q are on different sides of the edge, clear of rounding: neighbours in a plane are, and to
+    // prove them coplanar exactly takes long.
+    static bool apart(const Kernel::Vector_3 &edge, const Kernel::Vector_3 &p, const Kernel::Vector_3 &q)
+    {
+        const double cosine = CGAL::cross_product(edge, p) * CGAL::cross_product(edge, q);
+        return cosine < -1e-10 * edge.squared_length() * std::sqrt(p.squared_length() * q.squared_length());
+    }
+
     Kernel::Point_3 point(std::uint32_t triangle, int corner) const
     {
         const Point &p = mesh_.vertices[mesh_.triangles[triangle][corner]];

@@ -20,6 +20,13 @@ double distance(const Point &a, const Point &b)
     return std::sqrt(x * x + y * y + z * z);
 }
 
+std::uint64_t open_edges(const Edges &e)
+{
+    std::uint64_t count = 0;
+    for_each_edge(e.uses, [&](const EdgeUse *first, const EdgeUse *last) { count += (last - first) & 1; });
+    return count;
+}
+
 // Border vertices that stay, by cubes of the tolerance's size.
 class Anchors {
 public:
@@ -56,10 +63,10 @@ StitchReport stitch(Mesh &mesh, double tolerance)
     const Weld joined = weld(mesh);
     const Edges e = edges(mesh);
     StitchReport out;
+    std::uint64_t open = 0;
     std::vector<std::uint8_t> border(joined.count, 0);
     for_each_edge(e.uses, [&](const EdgeUse *first, const EdgeUse *last) {
-        out.boundary_edges += last - first == 1;
-        if ((last - first) & 1) border[first->a] = border[first->b] = 1;
+        if ((last - first) & 1) border[first->a] = border[first->b] = 1, ++open;
     });
     std::vector<std::pair<std::uint32_t, std::uint32_t>> ends; // of edges between border vertices, both ways
     for (std::size_t t = 0; t < e.triangles.size(); ++t)
@@ -102,10 +109,12 @@ StitchReport stitch(Mesh &mesh, double tolerance)
     }
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         if (onto[joined.of[v]] != none) mesh.vertices[v] = place[onto[joined.of[v]]];
+    const std::uint64_t left = open_edges(edges(mesh));
+    out.closed_edges = open > left ? open - left : 0;
     return out;
 }
 
-std::uint64_t boundary_edges_on_lattice(const std::vector<std::array<std::int64_t, 3>> &vertices,
+std::uint64_t open_edges(const std::vector<std::array<std::int64_t, 3>> &vertices,
                                         const std::vector<Triangle> &triangles)
 {
     Mesh mesh;
@@ -114,9 +123,7 @@ std::uint64_t boundary_edges_on_lattice(const std::vector<std::array<std::int64_
     for (const auto &v : vertices)
         mesh.vertices.push_back({static_cast<double>(v[0] - vertices[0][0]), static_cast<double>(v[1] - vertices[0][1]),
                                  static_cast<double>(v[2] - vertices[0][2])});
-    std::uint64_t count = 0;
-    for_each_edge(edges(mesh).uses, [&](const EdgeUse *first, const EdgeUse *last) { count += last - first == 1; });
-    return count;
+    return open_edges(edges(mesh));
 }
 
 } // namespace voxshell

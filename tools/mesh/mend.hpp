@@ -13,9 +13,9 @@
 namespace voxshell {
 
 struct StitchReport {
-    std::uint64_t boundary_edges = 0; ///< before
-    std::uint64_t vertices = 0;       ///< border vertices that were moved onto another one
-    double farthest = 0;              ///< move [m], at most the tolerance
+    std::uint64_t vertices = 0;     ///< border vertices that were moved onto another one
+    double farthest = 0;            ///< move [m], at most the tolerance
+    std::uint64_t closed_edges = 0; ///< open edges before that are none after
 };
 
 /// Closes cracks: each vertex of a border (an edge used an odd number of times) moves onto the nearest earlier border
@@ -24,9 +24,9 @@ struct StitchReport {
 /// (a T-junction with a gap) stays. Triangles stay, positions alone change. Deterministic.
 StitchReport stitch(Mesh &mesh, double tolerance);
 
-/// Boundary edges (mesh/report.hpp) of a mesh with integer vertices: cracks narrower than a lattice unit are no
+/// Edges used an odd number of times by a mesh with integer vertices: cracks narrower than a lattice unit are no
 /// cracks any more once the mesh is snapped. Coordinates may differ by less than 2^53.
-std::uint64_t boundary_edges_on_lattice(const std::vector<std::array<std::int64_t, 3>> &vertices,
+std::uint64_t open_edges(const std::vector<std::array<std::int64_t, 3>> &vertices,
                                         const std::vector<Triangle> &triangles);
 
 } // namespace voxshell

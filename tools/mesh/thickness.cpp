@@ -141,16 +141,15 @@ Thickness thickness(const Mesh &mesh, Progress &progress)
             double u = std::fmod(0.5 + 0.7548776662466927 * s, 1.0), v = std::fmod(0.5 + 0.5698402909980532 * s, 1.0);
             if (u + v > 1) u = 1 - u, v = 1 - v;
             const auto &[a, b, c] = mesh.triangles[t];
-            Ray ray{{}, {}, -touching};
             const double length = norm(normals[t]);
             if (!(length > 0)) continue;
+            Point inward{};
             for (int i = 0; i < 3; ++i) {
-                ray.p[i] = mesh.vertices[a][i] + u * (mesh.vertices[b][i] - mesh.vertices[a][i]) +
-                           v * (mesh.vertices[c][i] - mesh.vertices[a][i]);
-                ray.d[i] = -normals[t][i] / length;
+                places[s][i] = mesh.vertices[a][i] + u * (mesh.vertices[b][i] - mesh.vertices[a][i]) +
+                               v * (mesh.vertices[c][i] - mesh.vertices[a][i]);
+                inward[i] = -normals[t][i] / length;
             }
-            places[s] = ray.p;
-            looks[s] = look(tree, mesh, ray, t, touching, hits);
+            looks[s] = look(tree, mesh, {places[s], inward, -touching}, t, touching, hits);
         }
     });
     for (std::uint32_t s = 0; s < sample_count; ++s) {
@@ -179,27 +178,14 @@ double Thickness::share_below(double length) const
     return walls.empty() ? 0 : static_cast<double>(below) / static_cast<double>(walls.size());
 }
 
-std::array<double, thickness_classes.size() + 1> Thickness::histogram(double voxel) const
-{
-    std::array<double, thickness_classes.size() + 1> out{};
-    double before = 0;
-    for (std::size_t n = 0; n < thickness_classes.size(); ++n) {
-        const double below = share_below(thickness_classes[n] * voxel);
-        out[n] = below - before;
-        before = below;
-    }
-    out.back() = 1 - before;
-    return out;
-}
-
 double voxel_for_wall(double wall)
 {
     return round_down_125(wall / (3 * (1 - facets)));
 }
 
-double thin_wall(double voxel)
+double wall_of(double voxels, double voxel)
 {
-    return 3 * (1 - facets) * voxel;
+    return voxels * (1 - facets) * voxel;
 }
 
 namespace {

@@ -12,7 +12,7 @@
 
 namespace voxshell {
 
-/// Bounds of the histogram's classes, in voxels: below 1, 1 to 2, 2 to 3, 3 to 5, 5 to 10, 10 and more.
+/// Bounds of the classes that walls are told in, in voxels.
 inline constexpr std::array<double, 5> thickness_classes{1, 2, 3, 5, 10};
 
 struct Thickness {
@@ -29,8 +29,6 @@ struct Thickness {
     double quantile(double q) const;
     /// Share of the measured area that is thinner than `length` [m].
     double share_below(double length) const;
-    /// Shares of the measured area in the classes above, for a voxel [m]; sum 1.
-    std::array<double, thickness_classes.size() + 1> histogram(double voxel) const;
 };
 
 /// Looks from 4096 places, spread over the area, straight against the outward normal (orient() the mesh first),
@@ -42,8 +40,8 @@ Thickness thickness(const Mesh &mesh, Progress &progress);
 /// be 2 % too thin for it: what is round is cut from polygons.
 double voxel_for_wall(double wall);
 
-/// Three voxels less the 2 % of voxel_for_wall() [m]: thinner walls are thin.
-double thin_wall(double voxel);
+/// So many voxels less the 2 % of voxel_for_wall() [m]. Walls below three are thin.
+double wall_of(double voxels, double voxel);
 
 /// 1, 2 or 5 times a power of ten: the nearest below (or at) and above (or at) x > 0.
 double round_down_125(double x);

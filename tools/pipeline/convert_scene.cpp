@@ -104,8 +104,10 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
 {
     PartOptions with_voxel = options;
     with_voxel.voxel = scene.voxel;
+    PartOptions moving = with_voxel;
+    moving.stands = false;
     SceneParts parts{convert_part(geometry.statics, with_voxel, progress),
-                     convert_part(geometry.dynamic, with_voxel, progress)};
+                     convert_part(geometry.dynamic, moving, progress)};
     parts.statics.name += "/static";
     parts.dynamic.name += "/dynamic";
     return parts;
