@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes
 // the cells and what moves the points.
+#include "cli/convert_extra.hpp"
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
@@ -25,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
-struct ConvertOptions : SharedOptions {
+struct ConvertOptions : SharedOptions, ExtraOptions {
     std::vector<std::string> inputs;
     std::string folder, up = "y", shell = "exact";
     double voxel = 0;           ///< [m]; 0: not given, or chosen
@@ -112,6 +113,8 @@ class Convert {
     ExitCode run()
     {
         const std::vector<Input> inputs = inputs_of(o_);
+        if (o_.thin_shell > 0 && o_.shell == "naive")
+            throw Failure(ExitCode::usage, "", "--thin-shell: only for --shell exact, centres of cells do not lie flat");
         check_writable(o_.folder);
         if (!o_.report.empty()) check_writable(fs::path(o_.report).parent_path());
         json effective = {{"voxel_m", o_.voxel != 0 ? json(o_.voxel) : json(nullptr)},
@@ -124,6 +127,7 @@ class Convert {
                          {"inspect_mesh", o_.inspect_mesh},
                          {"strict", o_.strict},
                          {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}};
+        effective.update(extra_json(o_));
         report_.options(effective);
         ExitCode worst = ExitCode::ok;
         for (const Input &input : inputs) {
@@ -177,6 +181,9 @@ class Convert {
         options.voxel = o_.voxel;
         options.shell = o_.shell == "naive" ? ShellKind::naive : ShellKind::exact;
         options.import = import_options(input);
+        options.shell_spacing = o_.shell_spacing;
+        options.thin_shell = o_.thin_shell;
+        options.channels = o_.channels;
         options.close_gap = o_.close_gap;
         options.weld = o_.weld;
         options.inspect = o_.inspect_mesh;
@@ -239,8 +246,7 @@ class Convert {
         tell_mesh(part);
         fmt::print("  cells   {} surface, {} interior of {}\n", format_count(part.surface_cells),
                    format_count(part.interior_cells), format_length(voxel));
-        fmt::print("  points  {}, gap at most {:.3f} voxels, at most {} off the surface\n",
-                   format_count(part.points), part.gap_max / voxel, format_length(part.surface_error));
+        tell_points(part);
     }
 
     /// What is worth a line: all of it if asked, else what is out of the ordinary.
@@ -303,8 +309,10 @@ class Convert {
             voxel = choice.voxel;
             if (!o_.json) fmt::print("{}: voxel {}: {}\n", label, format_length(voxel), choice.why);
         }
-        const Estimate e = estimate(mesh, voxel);
-        check_budget(mesh, voxel, o_.max_memory.value_or(machine_memory()));
+        const Estimate e = estimate(mesh, voxel, o_.channels, o_.shell_spacing);
+        check_budget(mesh, voxel, o_.max_memory.value_or(machine_memory()), o_.channels);
+        if (o_.shell_spacing > 0)
+            check_budget(mesh, o_.shell_spacing, o_.max_memory.value_or(machine_memory()), {}, "shell spacing");
         foreseen_["estimates"].push_back({{"name", input.kind == InputKind::scene ? label : input.name},
                                           {"triangles", mesh.triangles.size()},
                                           {"surface_cells", std::llround(e.surface_cells)},
@@ -378,6 +386,7 @@ VerbAction add_convert(CLI::App &verb)
                     "points: exact (on the surface) or naive (centres of cells) (default exact)")
         ->check(CLI::IsMember({"exact", "naive"}))
         ->type_name("KIND");
+    add_extra(verb, *o);
     add_shared(verb, *o,
                {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict,
                 Shared::force, Shared::format, Shared::report, Shared::reproducible, Shared::progress,

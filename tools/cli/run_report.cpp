@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/run_report.hpp"
 
+#include "cli/convert_extra.hpp"
 #include "pipeline/estimate.hpp"
 #include "pipeline/output.hpp"
 
@@ -48,15 +49,14 @@ json thickness_json(const Thickness &walls, double voxel)
 } // namespace
 
 RunReport::RunReport(bool reproducible)
-    : reproducible_(reproducible),
-      json_({{"schema", "voxshell-report/1"},
-             {"version", tool_version()},
-             {"options", json::object()},
-             {"inputs", json::array()},
-             {"parts", json::array()},
-             {"outputs", json::array()},
-             {"warnings", json::array()},
-             {"failed", json::array()}})
+    : reproducible_(reproducible), json_({{"schema", "voxshell-report/1"},
+                                          {"version", tool_version()},
+                                          {"options", json::object()},
+                                          {"inputs", json::array()},
+                                          {"parts", json::array()},
+                                          {"outputs", json::array()},
+                                          {"warnings", json::array()},
+                                          {"failed", json::array()}})
 {
 }
 
@@ -79,7 +79,9 @@ void RunReport::part(const Part &part, double voxel)
 {
     json leak = nullptr;
     if (part.cells.leak)
-        leak = {{"at_m", part.cells.leak->at}, {"winding", part.cells.leak->winding}, {"cells", part.cells.leak->cells}};
+        leak = {{"at_m", part.cells.leak->at},
+                {"winding", part.cells.leak->winding},
+                {"cells", part.cells.leak->cells}};
     json_["parts"].push_back({{"name", part.name},
                               {"triangles", part.mesh.triangles},
                               {"degenerate", part.mesh.degenerate},
@@ -90,17 +92,19 @@ void RunReport::part(const Part &part, double voxel)
                               {"surface_cells", part.surface_cells},
                               {"interior_cells", part.interior_cells},
                               {"points", part.points},
-                              {"gap_max_h", part.gap_max / voxel},
+                              {"gap_max_h", part.gap_max / part.shell_voxel},
                               {"surface_error_max_m", part.surface_error},
                               {"leak", leak},
                               {"voxel_m", voxel},
                               {"mesh", mesh_json(part)},
                               {"thickness", thickness_json(part.thickness, voxel)}});
+    json_["parts"].back().update(extra_json(part));
 }
 
 void RunReport::output(const std::filesystem::path &path, std::span<const std::uint8_t> bytes)
 {
-    json_["outputs"].push_back({{"path", shown(path)}, {"bytes", bytes.size()}, {"sha256", hex(sha256(bytes))}});
+    json_["outputs"].push_back(
+        {{"path", shown(path)}, {"bytes", bytes.size()}, {"sha256", hex(sha256(bytes))}});
 }
 
 void RunReport::warning(const Warning &warning)

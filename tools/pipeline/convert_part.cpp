@@ -12,6 +12,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <memory>
+#include <numbers>
+
 namespace voxshell {
 namespace {
 
@@ -24,7 +27,14 @@ std::string meta(const std::string &name, const PartOptions &options, bool shell
         {"up", options.import.z_up ? "z" : "y"},
         {"close_gap_m", options.close_gap}};
     if (options.weld > 0) effective["weld_m"] = options.weld;
-    if (shell) effective["shell"] = options.shell == ShellKind::exact ? "exact" : "naive";
+    if (shell) {
+        effective["shell"] = options.shell == ShellKind::exact ? "exact" : "naive";
+        if (options.shell_spacing > 0) effective["shell_spacing_m"] = options.shell_spacing;
+        if (options.thin_shell > 0) effective["thin_shell_deg"] = options.thin_shell;
+    } else {
+        if (options.channels.layers > 0) effective["layers"] = options.channels.layers;
+        if (options.channels.distance_cells > 0) effective["distance_cells"] = options.channels.distance_cells;
+    }
     return nlohmann::ordered_json{
         {"tool", "voxshell"}, {"version", tool_version()}, {"name", name}, {"options", effective}}
         .dump();
@@ -101,6 +111,25 @@ void judge_orientation(const OrientReport &orient, Judge &judge)
                     fmt::format("{} wrongly wound triangles were turned outwards", orient.flipped));
 }
 
+void judge_shell(const Part &part, Judge &judge)
+{
+    if (part.gap_max > 3 * part.shell_voxel * (1 + 1e-6))
+        judge.tell("gap", fmt::format("points of adjacent cells are up to {:.3f} voxels apart (bound: 3)",
+                                      part.gap_max / part.shell_voxel));
+    if (part.shell_voxel > part.voxel && part.gap_max > 3 * part.voxel)
+        judge.guess("shell-too-coarse",
+                    fmt::format("points are up to {} apart, more than three voxels of the map ({}): walls thinner than "
+                                "that could pass between them; use --shell-spacing {} or less",
+                                format_length(part.gap_max), format_length(part.voxel), format_length(part.voxel)));
+}
+
+Shell make_shell(const LatticeMesh &mesh, const PartOptions &options, Progress &progress)
+{
+    const BrickTriangles binned = bin_triangles(mesh, progress);
+    const Cells cells = voxelize(mesh, binned, progress);
+    return make_shell(mesh, binned, cells, options.shell, progress, options.thin_shell * std::numbers::pi / 180);
+}
+
 // What is looked for without being asked must not be felt; what was asked for must end (minutes).
 constexpr std::size_t quick_triangles = 20000;
 constexpr std::uint64_t quick_pairs = 1'000'000, thorough_pairs = 2'000'000'000;
@@ -128,7 +157,8 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
 
     progress.stage("mesh", 0);
     Mesh mesh = flatten(scene);
-    if (options.voxel > 0) check_budget(mesh, options.voxel, budget);
+    if (options.voxel > 0) check_budget(mesh, options.voxel, budget, options.channels);
+    if (options.shell_spacing > 0) check_budget(mesh, options.shell_spacing, budget, {}, "shell spacing");
     if (options.weld > 0) part.stitch = stitch_within(mesh, options.weld);
     part.mesh = report(mesh);
     if (options.inspect || mesh.triangles.size() <= quick_triangles)
@@ -145,9 +175,10 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
         const VoxelChoice choice = choose_voxel(mesh, part.thickness, budget);
         options.voxel = choice.voxel;
         part.voxel_why = choice.why;
-        check_budget(mesh, options.voxel, budget);
+        check_budget(mesh, options.voxel, budget, options.channels);
     }
     part.voxel = options.voxel;
+    part.shell_voxel = options.shell_spacing > 0 ? options.shell_spacing : options.voxel;
 
     const LatticeMesh lattice = snap(mesh, options.voxel);
     if (!part.mesh.closed) part.open_on_lattice = open_edges(lattice.vertices, lattice.triangles);
@@ -155,12 +186,15 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     if (options.stands) judge_walls(part, longest_side(mesh), judge);
     const BrickTriangles binned = bin_triangles(lattice, progress);
     Cells cells = voxelize(lattice, binned, progress);
-    {
-        const WindingNumber winding(mesh);
-        progress.check();
-        part.cells = options.close_gap > 0 ? classify_closing(cells, winding, options.close_gap, progress)
-                                           : classify(cells, winding, progress);
-    }
+    std::optional<LatticeMesh> of_shell;
+    if (part.shell_voxel != part.voxel) of_shell = snap(mesh, part.shell_voxel);
+    const bool channels = options.channels.layers > 0 || options.channels.distance_cells > 0;
+    const bool oriented = channels && part.mesh.closed && report(mesh).oriented;
+    auto winding = std::make_unique<const WindingNumber>(mesh);
+    progress.check();
+    part.cells = options.close_gap > 0 ? classify_closing(cells, *winding, options.close_gap, progress)
+                                       : classify(cells, *winding, progress);
+    if (!channels) winding.reset();
     mesh = {};
     cells.closed = part.mesh.closed;
     if (part.cells.leak) {
@@ -171,28 +205,35 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
                         "({:.6g}, {:.6g}, {:.6g}) m; close the hole there, use a larger voxel or --close-gaps",
                         leak.winding, leak.at[0], leak.at[1], leak.at[2]));
     }
-    Shell shell = make_shell(lattice, binned, cells, options.shell, progress);
+    Shell shell = of_shell ? make_shell(*of_shell, options, progress)
+                           : make_shell(lattice, binned, cells, options.shell, progress,
+                                        options.thin_shell * std::numbers::pi / 180);
+    of_shell.reset();
     part.surface_cells = cells.surface_cells;
     part.interior_cells = cells.interior_cells;
     part.points = shell.points.size();
     part.gap_max = shell.gap_max;
     part.surface_error = shell.surface_error;
-    if (part.gap_max > 3 * options.voxel * (1 + 1e-6))
-        judge.tell("gap", fmt::format("points of adjacent cells are up to {:.3f} voxels apart (bound: 3)",
-                                      part.gap_max / options.voxel));
+    part.thinning = shell.thinning;
+    judge_shell(part, judge);
+
+    VoxmapFile map;
+    if (channels) {
+        map.channels = make_channels(cells, lattice, binned, *winding, oriented, options.channels, progress);
+        winding.reset();
+        part.distance_error = map.channels.distance_error;
+    }
 
     progress.stage("write", 3);
     const std::string map_meta = meta(scene.name, options, false);
-    part.vdb = vdb_bytes(cells, scene.source_hash, map_meta);
+    part.vdb = vdb_bytes(cells, scene.source_hash, map_meta, map.channels);
     progress.advance(1);
     progress.check();
-    {
-        VoxmapFile map;
-        map.cells = std::move(cells);
-        map.source_hash = scene.source_hash;
-        map.meta = map_meta;
-        part.voxmap = voxmap_bytes(map);
-    }
+    map.cells = std::move(cells);
+    map.source_hash = scene.source_hash;
+    map.meta = map_meta;
+    part.voxmap = voxmap_bytes(map);
+    map = {};
     progress.advance(1);
     progress.check();
     part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)});

@@ -106,6 +106,8 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     with_voxel.voxel = scene.voxel;
     PartOptions moving = with_voxel;
     moving.stands = false;
+    moving.channels = {}; // its map is not written, nor is the shell of what stands
+    with_voxel.shell_spacing = with_voxel.thin_shell = 0;
     SceneParts parts{convert_part(geometry.statics, with_voxel, progress),
                      convert_part(geometry.dynamic, moving, progress)};
     parts.statics.name += "/static";
