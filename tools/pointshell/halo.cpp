@@ -104,6 +104,24 @@ double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::ui
     return std::sqrt(most2);
 }
 
+std::vector<std::uint8_t> beside_others(const Shell &shell, const Cells &cells,
+                                        const std::vector<std::uint64_t> &first, double cosine)
+{
+    std::vector<std::uint8_t> marks(shell.points.size());
+    const auto mark = [&](std::uint64_t p) { std::atomic_ref(marks[p]).store(1, std::memory_order_relaxed); };
+    const auto compare = [&](std::uint64_t p, std::uint64_t q) {
+        const auto &a = shell.points[p].normal, &b = shell.points[q].normal;
+        double sum = 0;
+        for (int x = 0; x < 3; ++x) sum += static_cast<double>(a[x]) * static_cast<double>(b[x]);
+        if (sum < cosine) mark(p), mark(q);
+    };
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), grain),
+                      [&](const tbb::blocked_range<std::size_t> &range) {
+                          each_adjacent(shell, cells, first, range.begin(), range.end(), compare);
+                      });
+    return marks;
+}
+
 std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
                                   Stands stands, double limit)
 {

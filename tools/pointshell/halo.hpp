@@ -22,6 +22,11 @@ double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::ui
 std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
                                   Stands stands, double limit);
 
+/// Marks (1) each point that has a point of an adjacent cell whose normal is further off than `cosine` allows: edges,
+/// thin walls, whatever is not flat.
+std::vector<std::uint8_t> beside_others(const Shell &shell, const Cells &cells,
+                                        const std::vector<std::uint64_t> &first, double cosine);
+
 /// Points whose normal is 0 (their cell holds triangles without area only) get the area-weighted mean normal
 /// of the points in the 26 cells around; where there is none or it cancels, the direction from the point to
 /// its cell's centre, and where that is nothing too, -Y.

@@ -38,8 +38,9 @@ std::array<double, 3> from_to(const ShellPoint &p, const ShellPoint &q)
 
 class Thinner {
   public:
-    Thinner(const Shell &shell, const Cells &cells, double angle)
-        : points_(shell.points), cells_(cells), cosine_(std::cos(angle)), height_(std::sin(angle) * shell.voxel)
+    Thinner(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle)
+        : points_(shell.points), cells_(cells), cosine_(cosine_of(angle)), height_(std::sin(angle) * shell.voxel),
+          stays_(beside_others(shell, cells, first, cosine_))
     {
     }
 
@@ -49,14 +50,17 @@ class Thinner {
         const std::uint64_t kept = nearest_to_anchor(run);
         if (kept == run.second) return;
         for (std::uint64_t p = run.first; p < run.second; ++p)
-            if (p != kept && !shares_cell(run, p) && agrees(points_[kept], points_[p]))
+            if (p != kept && !stays(run, p) && agrees(points_[kept], points_[p]))
                 stands[p] = static_cast<std::uint32_t>(kept);
     }
 
   private:
-    bool shares_cell(const Run &run, std::uint64_t p) const
+    // Of stored normals, which are unit to 1e-6 only.
+    static double cosine_of(double angle) { return std::cos(angle) - 1e-6; }
+
+    bool stays(const Run &run, std::uint64_t p) const
     {
-        return (p > run.first && points_[p - 1].cell == points_[p].cell) ||
+        return stays_[p] || (p > run.first && points_[p - 1].cell == points_[p].cell) ||
                (p + 1 < run.second && points_[p + 1].cell == points_[p].cell);
     }
 
@@ -72,7 +76,7 @@ class Thinner {
         std::uint64_t best = run.second;
         double least = INFINITY;
         for (std::uint64_t p = run.first; p < run.second; ++p) {
-            if (shares_cell(run, p)) continue;
+            if (stays(run, p)) continue;
             const auto position = wide(points_[p].position);
             const std::array<double, 3> off{position[0] - anchor[0], position[1] - anchor[1], position[2] - anchor[2]};
             if (dot(off, off) < least) least = dot(off, off), best = p;
@@ -89,6 +93,7 @@ class Thinner {
     const std::vector<ShellPoint> &points_;
     const Cells &cells_;
     double cosine_, height_;
+    std::vector<std::uint8_t> stays_; // for what is around it
 };
 
 } // namespace
@@ -98,7 +103,7 @@ void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &fi
     std::vector<ShellPoint> &points = shell.points;
     std::vector<std::uint32_t> stands(points.size());
     for (std::uint32_t p = 0; p < stands.size(); ++p) stands[p] = p;
-    const Thinner thinner(shell, cells, angle);
+    const Thinner thinner(shell, cells, first, angle);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), 64),
                       [&](const tbb::blocked_range<std::size_t> &range) {
                           for (std::size_t b = range.begin(); b != range.end(); ++b)

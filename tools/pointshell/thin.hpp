@@ -8,8 +8,8 @@ namespace voxshell {
 
 /// Where the surface is flat, one point stands for up to eight cells (a block of 2 x 2 x 2): the others of the block
 /// whose normals are within `angle` [rad] of its own, and which lie within sin(angle) voxels of its tangent plane, are
-/// left out, and it takes over their area weights. Kept points stay where they are, and so do cells with two points
-/// (thin walls). The bound of 3 h holds as before, with the points that stand for adjacent cells: what would break it
+/// left out, and it takes over their area weights. Kept points stay where they are. Cells with two points (thin walls)
+/// and those beside a cell whose normal differs by more than `angle` (edges) keep theirs. The bound of 3 h holds as before, with the points that stand for adjacent cells: what would break it
 /// is kept. On a plane about a quarter of the points remains.
 ///
 /// What a runtime loses: contact is found up to one block later, because an obstacle smaller than the gap, a pin, an
