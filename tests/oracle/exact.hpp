@@ -47,12 +47,10 @@ inline std::vector<Vertex> clip(const std::array<LatticePoint, 3> &triangle, con
     return polygon;
 }
 
-/// Does the closed triangle hold a point of [low, high)? A convex polygon that avoids the half-open box lies
-/// in one of its three upper faces.
-inline bool meets(const std::array<LatticePoint, 3> &triangle, const LatticePoint &low,
-                  const LatticePoint &high)
+/// Does a convex polygon inside the closed box hold a point of [low, high)? One that does not lies in one of the
+/// three upper faces.
+inline bool reaches_in(const std::vector<Vertex> &polygon, const LatticePoint &high)
 {
-    const std::vector<Vertex> polygon = clip(triangle, low, high);
     if (polygon.empty()) return false;
     for (int axis = 0; axis < 3; ++axis) {
         bool below = false;
@@ -60,6 +58,13 @@ inline bool meets(const std::array<LatticePoint, 3> &triangle, const LatticePoin
         if (!below) return false;
     }
     return true;
+}
+
+/// Does the closed triangle hold a point of [low, high)?
+inline bool meets(const std::array<LatticePoint, 3> &triangle, const LatticePoint &low,
+                  const LatticePoint &high)
+{
+    return reaches_in(clip(triangle, low, high), high);
 }
 
 inline LatticeMesh one(const std::array<LatticePoint, 3> &triangle)
