@@ -97,8 +97,9 @@ std::string printable(std::string text)
 [[noreturn]] void child(int pipe, const std::filesystem::path &path, const Limits &limits)
 {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGINT, SIGTERM, SIGXCPU, SIGPIPE})
+    for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTERM, SIGXCPU, SIGPIPE})
         std::signal(signal, SIG_DFL);
+    std::signal(SIGINT, SIG_IGN); // ^C is for the parent, which then says so itself
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, limits.seconds);
     if (limit_address_space) limit(RLIMIT_AS, address_space() + limits.memory);
