@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How long the voxmap of the cup takes: bench_voxelize MODE CELLS [RUNS], MODE surface | solid | distance.
-// One line of JSON per run, so that a script can put it beside a peer's (bench_voxelize.py).
+// One line of JSON per run, so that a script can put it beside a peer's (voxelize.py).
 #include "cup.hpp"
 
 #include "voxmap/channels.hpp"
