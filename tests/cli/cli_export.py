@@ -82,6 +82,24 @@ class Export(command.CommandTest):
             for ending in ('vdb', 'voxmap'):
                 self.assertEqual(self.bytes_of(f'back/{name}.{ending}'), self.bytes_of(f'{name}.{ending}'), f'{name}.{ending}')
 
+    def test_channels_both_ways_and_as_columns(self):
+        self.run_voxshell('convert', 'part.stl', '-o', 'extra', '--unit', 'mm', '--voxel', '1mm', '-q', '--channels', 'layers:2,distance:3')
+        self.run_voxshell('export', 'extra/part.voxmap', '-o', 'back/part.vdb')
+        self.run_voxshell('pack', 'extra/part.vdb', '-o', 'back/part.voxmap')
+        for ending in ('vdb', 'voxmap'):
+            self.assertEqual(self.bytes_of(f'back/part.{ending}'), self.bytes_of(f'extra/part.{ending}'))
+        self.run_voxshell('export', 'extra/part.voxmap', '-o', 'cells.csv')
+        with open(self.path('cells.csv'), newline='') as file:
+            header, *rows = list(csv.reader(file))
+        self.assertEqual(header, ['i', 'j', 'k', 'state', 'layer', 'distance_m'])
+        self.assertEqual(len(rows), 31 * 21 * 11)
+        for i, j, k, state, layer, distance in rows:
+            i, j, k = int(i), int(j), int(k)
+            ring = min(i, 30 - i, j + 8, 12 - j, k, 10 - k)
+            self.assertEqual((int(state), int(layer)), (2 if ring else 1, -min(ring, 3)))
+            # Centres of surface cells lie on the box's sides, on its edges and corners too.
+            self.assertAlmostEqual(float(distance), -min(ring, 3) * 1e-3, delta=1e-7)
+
     def test_pack_beside(self):
         self.folder.joinpath('other').mkdir()
         self.folder.joinpath('other/part.vdb').write_bytes(self.bytes_of('part.vdb'))

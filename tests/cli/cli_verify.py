@@ -94,6 +94,16 @@ class Verify(command.CommandTest):
                 self.assertTrue(m['holds'] and m['binding'] and m['worst'] <= m['bound'] and m['places'] > 0, m)
         self.run_voxshell('verify', 'out', '--against', 'cup.stl', '--unit', 'mm', out='bound', err='')
 
+    def test_channels_and_thinned_shells_against_their_mesh(self):
+        self.run_voxshell('convert', 'cup.stl', '-o', 'extra', '--unit', 'mm', '--voxel', '0.7mm', '-q', '--channels', 'layers:2,distance:3',
+                          '--thin-shell', '5')
+        for kind, measures in (('voxmap', 5), ('vdb', 5), ('pointshell', 6)):
+            _, by = self.against(f'extra/cup.{kind}', 'cup.stl', 0, err='')
+            self.assertEqual(len(by), measures)
+        shapes.write_stl(self.path('thicker.stl'), shapes.cup(wall=2.8))
+        _, by = self.against('extra/cup.voxmap', 'thicker.stl', 6)
+        self.assertFalse(by['distance channel against the mesh']['holds'])
+
     def test_against_a_mesh_that_differs(self):
         shapes.write_stl(self.path('thicker.stl'), shapes.cup(wall=2.8))
         entry, by = self.against('out/cup.voxmap', 'thicker.stl', 6)

@@ -49,6 +49,17 @@ Reference read_reference(const VerifyOptions &o)
     return {mesh, mesh, scene.source_hash, scene.source_hash};
 }
 
+/// What META says of how the asset was made; nothing if it says nothing.
+MadeWith made_with(const std::string &meta)
+{
+    const json all = json::parse(meta, nullptr, false);
+    const json options = all.is_object() && all.contains("options") ? all["options"] : json();
+    const auto number = [&](const char *key) {
+        return options.is_object() && options.contains(key) && options[key].is_number() ? options[key].get<double>() : 0.0;
+    };
+    return {std::max(0.0, number("weld_m")), number("thin_shell_deg") > 0};
+}
+
 json as_json(const Measure &m)
 {
     json j = {{"what", m.what}, {"unit", m.unit},     {"worst", m.worst},     {"bound", m.bound},
@@ -134,11 +145,11 @@ private:
         if (kind == AssetKind::pointshell) {
             const PointshellFile file = read_pointshell(path);
             same_source = file.source_hash == reference_->points_hash;
-            return verify_points(file.shell, reference_->points, *progress_);
+            return verify_points(file.shell, reference_->points, made_with(file.meta), *progress_);
         }
         const VoxmapFile file = read_cells(path, kind);
         same_source = file.source_hash == reference_->cells_hash;
-        return verify_cells(file.cells, reference_->cells, *progress_);
+        return verify_cells(file, reference_->cells, made_with(file.meta), *progress_);
     }
 
     const VerifyOptions &o_;

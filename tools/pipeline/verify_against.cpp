@@ -100,17 +100,22 @@ Point center_of(const Cell &cell, double voxel)
             voxel * (static_cast<double>(cell[2]) + 0.5)};
 }
 
+Cell cell_at(const Cells &cells, std::size_t brick, std::size_t c)
+{
+    const BrickAt &at = cells.bricks[brick].at;
+    return {cells.origin[0] + 8 * std::int64_t{at[0]} + static_cast<std::int64_t>(c >> 6),
+            cells.origin[1] + 8 * std::int64_t{at[1]} + static_cast<std::int64_t>(c >> 3 & 7),
+            cells.origin[2] + 8 * std::int64_t{at[2]} + static_cast<std::int64_t>(c & 7)};
+}
+
 std::vector<Cell> surface_cells(const Cells &cells)
 {
     std::vector<Cell> out;
     out.reserve(cells.surface_cells);
-    for (const Brick &brick : cells.bricks)
-        for (std::int64_t i = 0; i < 8; ++i)
-            for (std::uint64_t left = brick.surface[static_cast<std::size_t>(i)]; left; left &= left - 1) {
-                const int bit = std::countr_zero(left);
-                out.push_back({cells.origin[0] + 8 * std::int64_t{brick.at[0]} + i, cells.origin[1] + 8 * std::int64_t{brick.at[1]} + (bit >> 3),
-                               cells.origin[2] + 8 * std::int64_t{brick.at[2]} + (bit & 7)});
-            }
+    for (std::size_t b = 0; b < cells.bricks.size(); ++b)
+        for (std::size_t i = 0; i < 8; ++i)
+            for (std::uint64_t left = cells.bricks[b].surface[i]; left; left &= left - 1)
+                out.push_back(cell_at(cells, b, i << 6 | static_cast<std::size_t>(std::countr_zero(left))));
     return out;
 }
 
@@ -178,6 +183,44 @@ Measure inside_and_outside(const Cells &cells, const std::vector<Cell> &surface,
     return measure(m, places, progress, wrong, [&](std::size_t n) { return center_of(beside(n), cells.voxel); });
 }
 
+/// The stored distance of a cell's centre against the tree's; beyond the band only that it is beyond.
+Measure distances(const VoxmapFile &file, const TriangleTree &tree, double slack, Progress &progress)
+{
+    const Channels &channels = file.channels;
+    const std::size_t total = 512 * file.cells.bricks.size(), stride = (total / max_probes) | 1; // odd: all places in a brick
+    const auto cell = [&](std::size_t n) { return cell_at(file.cells, n * stride / 512, n * stride % 512); };
+    const double most = std::round(channels.distance_band / channels.distance_step);
+    const auto off = [&](std::size_t n) {
+        const int steps = std::abs(int{channels.distance[n * stride / 512][n * stride % 512]});
+        const double stored = steps * channels.distance_step, true_one = tree.distance(center_of(cell(n), file.cells.voxel));
+        return steps >= most ? std::max(0.0, stored - true_one) : std::abs(stored - true_one);
+    };
+    return measure({"distance channel against the mesh", "m", 0, channels.distance_error + slack, 0, 0, {}, true}, (total + stride - 1) / stride,
+                   progress, off, [&](std::size_t n) { return center_of(cell(n), file.cells.voxel); });
+}
+
+/// The stored ring against the nearest surface cell in the Chebyshev metric, looked up cell by cell.
+Measure rings(const VoxmapFile &file, Progress &progress)
+{
+    constexpr std::size_t probes = 5000;
+    const int most = file.channels.layer_count + 1;
+    const std::size_t total = 512 * file.cells.bricks.size(), stride = (total / probes) | 1;
+    const auto cell = [&](std::size_t n) { return cell_at(file.cells, n * stride / 512, n * stride % 512); };
+    const auto wrong = [&](std::size_t n) {
+        const Cell at = cell(n);
+        int nearest = most;
+        for (std::int64_t i = -most; i <= most; ++i)
+            for (std::int64_t j = -most; j <= most; ++j)
+                for (std::int64_t k = -most; k <= most; ++k) {
+                    const int ring = static_cast<int>(std::max({std::abs(i), std::abs(j), std::abs(k)}));
+                    if (ring < nearest && cell_state(file.cells, {at[0] + i, at[1] + j, at[2] + k}) == VXS_CELL_SURFACE) nearest = ring;
+                }
+        return static_cast<double>(std::abs(std::abs(int{file.channels.layer[n * stride / 512][n * stride % 512]}) - nearest));
+    };
+    return measure({"layer channel against the surface cells", "rings", 0, 0, 0, 0, {}, true}, (total + stride - 1) / stride, progress, wrong,
+                   [&](std::size_t n) { return center_of(cell(n), file.cells.voxel); });
+}
+
 /// Whether the normal points to the side where the winding number's magnitude is larger: 0 yes, 1 no.
 Measure inwards(const Shell &shell, const Mesh &mesh, bool closed, Progress &progress)
 {
@@ -204,10 +247,11 @@ Measure inwards(const Shell &shell, const Mesh &mesh, bool closed, Progress &pro
 
 } // namespace
 
-std::vector<Measure> verify_cells(const Cells &cells, const Mesh &mesh, Progress &progress)
+std::vector<Measure> verify_cells(const VoxmapFile &file, const Mesh &mesh, const MadeWith &made, Progress &progress)
 {
     std::vector<Measure> out;
-    const double h = cells.voxel, slack = tolerance(mesh, h, false);
+    const Cells &cells = file.cells;
+    const double h = cells.voxel, slack = tolerance(mesh, h, false) + made.weld;
     const TriangleTree tree(mesh);
     const std::vector<Cell> surface = surface_cells(cells);
     const auto unmet = [&](std::size_t n) {
@@ -235,13 +279,16 @@ std::vector<Measure> verify_cells(const Cells &cells, const Mesh &mesh, Progress
                           [&](std::size_t n) { return points[n]; }));
     out.back().worst = static_cast<double>(out.back().beyond);
     out.push_back(inside_and_outside(cells, surface, mesh, report(mesh).closed, progress));
+    if (!file.channels.distance.empty()) out.push_back(distances(file, tree, std::sqrt(3.0) * slack, progress));
+    if (!file.channels.layer.empty()) out.push_back(rings(file, progress));
     return out;
 }
 
-std::vector<Measure> verify_points(const Shell &shell, const Mesh &mesh, Progress &progress)
+std::vector<Measure> verify_points(const Shell &shell, const Mesh &mesh, const MadeWith &made, Progress &progress)
 {
     std::vector<Measure> out;
-    const double h = shell.voxel, slack = std::sqrt(3.0) * tolerance(mesh, h, true);
+    const double h = shell.voxel, slack = std::sqrt(3.0) * (tolerance(mesh, h, true) + made.weld);
+    const double reach_of_point = std::sqrt(3.0) * h * (made.thinned ? 2 : 1); // the diagonal of what it stands for
     const std::size_t count = shell.points.size();
     const auto place = [&](std::size_t n) { return Nearby::position(shell.points[n]); };
     const MeshReport mesh_report = report(mesh);
@@ -258,7 +305,7 @@ std::vector<Measure> verify_points(const Shell &shell, const Mesh &mesh, Progres
                       [&](std::size_t p) { best = std::min(best, length(between(points[n], place(p)))); });
         return std::min(best, 1e3 * h);
     };
-    out.push_back(measure({"distance of the mesh from the nearest point", "m", 0, std::sqrt(3.0) * h + slack, 0, 0, {}, true}, points.size(),
+    out.push_back(measure({"distance of the mesh from the nearest point", "m", 0, reach_of_point + slack, 0, 0, {}, true}, points.size(),
                           progress, uncovered, [&](std::size_t n) { return points[n]; }));
 
     const auto gap = [&](std::size_t n) {

@@ -6,7 +6,7 @@
 #include "cli/progress.hpp"
 #include "import/scene.hpp"
 #include "pointshell/shell.hpp"
-#include "voxmap/cells.hpp"
+#include "voxmap/voxmap_file.hpp"
 
 #include <cstdint>
 #include <string>
@@ -27,14 +27,21 @@ struct Measure {
     bool holds() const { return !binding || worst <= bound; }
 };
 
+/// What was asked for when the asset was made and widens a bound.
+struct MadeWith {
+    double weld = 0;      ///< corners were moved by up to this [m]
+    bool thinned = false; ///< one point may stand for a block of 2 x 2 x 2 cells
+};
+
 /// `mesh`: the part as imported and flattened.
 ///   each surface cell, widened by the lattice's snap, is met by a triangle;
 ///   each sample of the surface (corners, centroids, about four per h^2 on large triangles) is in a surface cell;
-///   cells beside the surface are interior exactly where the winding number's magnitude is at least 1/2.
-std::vector<Measure> verify_cells(const Cells &cells, const Mesh &mesh, Progress &progress);
+///   cells beside the surface are interior exactly where the winding number's magnitude is at least 1/2;
+///   channels: a sample of the distances, and of the rings around the surface.
+std::vector<Measure> verify_cells(const VoxmapFile &file, const Mesh &mesh, const MadeWith &made, Progress &progress);
 
 /// Distance of each point from the mesh, of each sample of the surface from a point, unit normals, normals inwards by
 /// winding number, total area, distance between points of adjacent cells.
-std::vector<Measure> verify_points(const Shell &shell, const Mesh &mesh, Progress &progress);
+std::vector<Measure> verify_points(const Shell &shell, const Mesh &mesh, const MadeWith &made, Progress &progress);
 
 } // namespace voxshell
