@@ -52,7 +52,7 @@ class Convert(command.CommandTest):
         bad = self.path('bad.stl')
         with open(bad, 'wb') as file:
             file.write(b'\0' * 84 + b'short')
-        done = self.convert(self.stl, bad, self.glb, '-o', 'out', '--voxel', '1mm', '--unit', 'mm', '--report', 'r.json', '--reproducible',
+        done = self.convert(self.stl, bad, self.glb, '-o', 'out', '--voxel', '0.5mm', '--unit', 'mm', '--report', 'r.json', '--reproducible',
                             code=3, err=r'voxshell convert: error: \S*bad\.stl: ')
         report = self.load('r.json')
         self.assertEqual(schema.problems(report, REPORT), [])
