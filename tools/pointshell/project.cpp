@@ -7,8 +7,6 @@
 namespace voxshell {
 namespace {
 
-__extension__ typedef __int128 Wide;
-
 bool in_cell(const Vec &p)
 {
     return std::abs(p[0]) <= 0.5 && std::abs(p[1]) <= 0.5 && std::abs(p[2]) <= 0.5;
@@ -54,22 +52,24 @@ double side_of(int face)
     return (face - 3) % 2 ? 0.5 : -0.5;
 }
 
-template<class Int>
-std::array<Int, 3> exact_normal(const std::array<LatticePoint, 3> &p)
+std::array<Wide, 3> exact_area(const std::array<LatticePoint, 3> &p)
 {
-    std::array<Int, 3> n{};
+    std::array<Wide, 3> n{};
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        n[i] = static_cast<Int>(p[1][j] - p[0][j]) * (p[2][k] - p[0][k]) -
-               static_cast<Int>(p[1][k] - p[0][k]) * (p[2][j] - p[0][j]);
+        n[i] = static_cast<Wide>(p[1][j] - p[0][j]) * (p[2][k] - p[0][k]) -
+               static_cast<Wide>(p[1][k] - p[0][k]) * (p[2][j] - p[0][j]);
     }
     return n;
 }
 
 // Whether 64 bits hold n.x: corners within 8 cells of the centre make |n_i| <= 2^41, |n.x| < 3 * 2^61 / 2.
-bool is_small(const std::array<LatticePoint, 3> &p)
+constexpr std::int64_t small_reach = std::int64_t{1} << 19;
+// Whether they hold a product of two differences of coordinates and one more: within 16384 cells.
+constexpr std::int64_t medium_reach = std::int64_t{1} << 30;
+
+bool within(const std::array<LatticePoint, 3> &p, std::int64_t limit)
 {
-    constexpr std::int64_t limit = std::int64_t{1} << 19;
     for (const LatticePoint &v : p)
         for (const std::int64_t x : v)
             if (x > limit || x < -limit) return false;
@@ -79,48 +79,76 @@ bool is_small(const std::array<LatticePoint, 3> &p)
 // Where the polygon's edge that lies on `carrier` passes `face`: from the integers, not from corners
 // that are rounded already.
 template<class Int>
-Vec meeting(const CellTriangle &triangle, int carrier, int face)
+Vec meeting_edge(const CellTriangle &triangle, int carrier, int face)
 {
     const int i = axis_of(face);
     const std::int64_t c = (face - 3) % 2 ? half : -half;
     Vec p{};
     p[i] = side_of(face);
-    if (carrier < 3) { // the triangle's edge a b, at (c - a_i) / (b_i - a_i)
-        const LatticePoint &a = triangle.lattice[carrier], &b = triangle.lattice[(carrier + 1) % 3];
-        const std::int64_t rise = b[i] - a[i];
-        for (const int k : {(i + 1) % 3, (i + 2) % 3}) {
-            const Int numerator = static_cast<Int>(a[k]) * rise + static_cast<Int>(b[k] - a[k]) * (c - a[i]);
-            p[k] = static_cast<double>(numerator) / static_cast<double>(rise) * cells;
-        }
-    } else { // the edge of V where two faces meet, through the triangle's plane n.x = n.a
-        const int j = axis_of(carrier), k = 3 - i - j;
-        const std::int64_t d = (carrier - 3) % 2 ? half : -half;
-        const std::array<Int, 3> n = exact_normal<Int>(triangle.lattice);
-        const LatticePoint &a = triangle.lattice[0];
-        const Int numerator = n[i] * (a[i] - c) + n[j] * (a[j] - d) + n[k] * a[k];
-        p[j] = side_of(carrier);
-        p[k] = static_cast<double>(numerator) / static_cast<double>(n[k]) * cells;
+    // The triangle's edge a b, at (c - a_i) / (b_i - a_i).
+    const LatticePoint &a = triangle.lattice[carrier], &b = triangle.lattice[(carrier + 1) % 3];
+    const std::int64_t rise = b[i] - a[i];
+    for (const int k : {(i + 1) % 3, (i + 2) % 3}) {
+        const Int numerator = static_cast<Int>(a[k]) * rise + static_cast<Int>(b[k] - a[k]) * (c - a[i]);
+        p[k] = static_cast<double>(numerator) / static_cast<double>(rise) * cells;
     }
     return p;
 }
 
-// What remains of `in` on V's side of `face` (Sutherland, Hodgman).
-Polygon cut(const Polygon &in, const CellTriangle &triangle, bool small, int face)
+// The same where two faces of V meet, through the triangle's plane n.x = n.a.
+template<class Int>
+Vec meeting_plane(const CellTriangle &triangle, int carrier, int face)
 {
-    Polygon out;
+    const int i = axis_of(face), j = axis_of(carrier), k = 3 - i - j;
+    const std::int64_t c = (face - 3) % 2 ? half : -half, d = (carrier - 3) % 2 ? half : -half;
+    const Int n[3] = {static_cast<Int>(triangle.area[0]), static_cast<Int>(triangle.area[1]),
+                      static_cast<Int>(triangle.area[2])};
+    const LatticePoint &a = triangle.lattice[0];
+    const Int numerator = n[i] * (a[i] - c) + n[j] * (a[j] - d) + n[k] * a[k];
+    Vec p{};
+    p[i] = side_of(face);
+    p[j] = side_of(carrier);
+    p[k] = static_cast<double>(numerator) / static_cast<double>(n[k]) * cells;
+    return p;
+}
+
+enum class Size { small, medium, large };
+
+Size size_of(const CellTriangle &triangle)
+{
+    return within(triangle.lattice, small_reach)    ? Size::small
+           : within(triangle.lattice, medium_reach) ? Size::medium
+                                              : Size::large;
+}
+
+Vec meeting(const CellTriangle &triangle, Size size, int carrier, int face)
+{
+    if (carrier < 3)
+        return size == Size::large ? meeting_edge<Wide>(triangle, carrier, face)
+                                   : meeting_edge<std::int64_t>(triangle, carrier, face);
+    return size == Size::small ? meeting_plane<std::int64_t>(triangle, carrier, face)
+                               : meeting_plane<Wide>(triangle, carrier, face);
+}
+
+// Puts into `out` what remains of `in` on V's side of `face` (Sutherland, Hodgman). False, and nothing, where that is
+// all of it.
+bool cut(const Polygon &in, const CellTriangle &triangle, Size size, int face, Polygon &out)
+{
     const int axis = axis_of(face);
     const double sign = side_of(face) > 0 ? 1 : -1;
+    bool all = true;
+    for (int i = 0; i < in.count; ++i) all = all && sign * in.at[i][axis] <= 0.5;
+    if (all) return false;
+    out.count = 0;
     for (int i = 0; i < in.count; ++i) {
         const double a = sign * in.at[i][axis] - 0.5,
                      b = sign * in.at[i + 1 < in.count ? i + 1 : 0][axis] - 0.5;
         if (a <= 0) out.add(in.at[i], a == 0 && b > 0 ? face : in.along[i]);
         if ((a < 0 && b > 0) || (a > 0 && b < 0)) {
-            const Vec p = small ? meeting<std::int64_t>(triangle, in.along[i], face)
-                                : meeting<Wide>(triangle, in.along[i], face);
-            out.add(p, a < 0 ? face : in.along[i]);
+            out.add(meeting(triangle, size, in.along[i], face), a < 0 ? face : in.along[i]);
         }
     }
-    return out;
+    return true;
 }
 
 Polygon whole(const CellTriangle &triangle)
@@ -132,15 +160,17 @@ Polygon whole(const CellTriangle &triangle)
 
 Polygon cut_to_cell(const CellTriangle &triangle)
 {
-    Polygon polygon = whole(triangle);
-    const bool small = is_small(triangle.lattice);
+    std::array<Polygon, 2> polygon;
+    polygon[0] = whole(triangle);
+    int now = 0;
+    const Size size = size_of(triangle);
     for (int axis = 0; axis < 3; ++axis) {
         const auto [low, high] =
             std::minmax({triangle.corner[0][axis], triangle.corner[1][axis], triangle.corner[2][axis]});
-        if (low < -0.5) polygon = cut(polygon, triangle, small, 3 + 2 * axis);
-        if (high > 0.5) polygon = cut(polygon, triangle, small, 4 + 2 * axis);
+        if (low < -0.5 && cut(polygon[now], triangle, size, 3 + 2 * axis, polygon[1 - now])) now = 1 - now;
+        if (high > 0.5 && cut(polygon[now], triangle, size, 4 + 2 * axis, polygon[1 - now])) now = 1 - now;
     }
-    return polygon;
+    return polygon[now];
 }
 
 Vec nearest_on_rim(const Polygon &polygon, const Vec &from)
@@ -194,11 +224,12 @@ Vec foot_on_line(const CellTriangle &triangle)
 
 LatticeTriangle lattice_triangle(const LatticePoint &a, const LatticePoint &b, const LatticePoint &c)
 {
-    LatticeTriangle out{{a, b, c}, {}};
-    const std::array<Wide, 3> n = exact_normal<Wide>(out.corner);
-    const Vec wide{static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2])};
-    const double length = std::sqrt(dot(wide, wide)); // at least 1 unless 0
-    if (length > 0) out.normal = {wide[0] / length, wide[1] / length, wide[2] / length};
+    LatticeTriangle out{{a, b, c}, {}, 0, {}};
+    out.area = exact_area(out.corner);
+    const Vec wide{static_cast<double>(out.area[0]), static_cast<double>(out.area[1]),
+                   static_cast<double>(out.area[2])};
+    out.length = std::sqrt(dot(wide, wide)); // at least 1 unless 0
+    if (out.length > 0) out.normal = {wide[0] / out.length, wide[1] / out.length, wide[2] / out.length};
     return out;
 }
 
@@ -210,19 +241,18 @@ CellTriangle seen_from(const Cell &cell, const LatticeTriangle &triangle)
             out.lattice[v][i] = triangle.corner[v][i] - (cell[i] * lattice_per_cell + half);
             out.corner[v][i] = static_cast<double>(out.lattice[v][i]) * cells;
         }
+    out.area = triangle.area;
     out.normal = triangle.normal;
     out.offset = 0;
     if (out.normal == Vec{}) return out;
-    if (is_small(out.lattice)) { // products of at most 2^19 by the rounded normal: as good as exact
+    if (within(out.lattice, small_reach)) { // products of at most 2^19 by the rounded normal: as good as exact
         out.offset = dot(out.corner[0], out.normal);
         return out;
     }
     // n.a would lose in double what the far corner and the near plane differ in.
-    const std::array<Wide, 3> n = exact_normal<Wide>(out.lattice);
-    const Vec wide{static_cast<double>(n[0]), static_cast<double>(n[1]), static_cast<double>(n[2])};
+    const std::array<Wide, 3> &n = out.area;
     const LatticePoint &a = out.lattice[0];
-    out.offset =
-        static_cast<double>(n[0] * a[0] + n[1] * a[1] + n[2] * a[2]) / std::sqrt(dot(wide, wide)) * cells;
+    out.offset = static_cast<double>(n[0] * a[0] + n[1] * a[1] + n[2] * a[2]) / triangle.length * cells;
     return out;
 }
 

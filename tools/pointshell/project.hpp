@@ -11,9 +11,13 @@ namespace voxshell {
 
 using Vec = std::array<double, 3>;
 
+__extension__ typedef __int128 Wide;
+
 /// A triangle of the lattice with its plane, which all cells share.
 struct LatticeTriangle {
     std::array<LatticePoint, 3> corner;
+    std::array<Wide, 3> area; ///< twice the area vector, exact [lattice units squared]
+    double length;            ///< of `area`
     Vec normal; ///< unit, by the winding, right to the last bit even for slivers; exactly 0 without area
 };
 LatticeTriangle lattice_triangle(const LatticePoint &a, const LatticePoint &b, const LatticePoint &c);
@@ -23,6 +27,7 @@ LatticeTriangle lattice_triangle(const LatticePoint &a, const LatticePoint &b, c
 struct CellTriangle {
     std::array<LatticePoint, 3> lattice; ///< in units of voxel / 65536
     std::array<Vec, 3> corner;           ///< in cells, exact
+    std::array<Wide, 3> area;            ///< as above
     Vec normal;                          ///< as above; 0 for a segment or a point
     double offset;                       ///< of the plane: normal . x on it [cells]
 };
