@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The rival that anyone writes: triangle against box in floats (Schwarz, Seidel 2010) into a dense array of bits, surface
-// only. bench_voxelize_dense CELLS [RUNS] [THREADS]. Two threads: bits are set by atomic or.
+// The rival that anyone writes: triangle against box in floats (Schwarz, Seidel 2010) into a dense array of
+// bits, surface only. bench_voxelize_dense CELLS [RUNS] [THREADS]. Two threads: bits are set by atomic or.
 #include "cup.hpp"
 
 #include <array>
@@ -36,16 +36,20 @@ struct Grid {
         std::atomic<std::uint32_t> &word = words[bit >> 5];
         const std::uint32_t mask = 1u << (bit & 31), now = word.load(std::memory_order_relaxed);
         if (now & mask) return;
-        if (shared) word.fetch_or(mask, std::memory_order_relaxed);
-        else word.store(now | mask, std::memory_order_relaxed);
+        if (shared)
+            word.fetch_or(mask, std::memory_order_relaxed);
+        else
+            word.store(now | mask, std::memory_order_relaxed);
     }
 };
 
-/// Marks the cells that triangle `v` (in cells, >= 0) overlaps: plane and three projections, each set up once.
+/// Marks the cells that triangle `v` (in cells, >= 0) overlaps: plane and three projections, each set up
+/// once.
 void mark(Grid &grid, const std::array<V3, 3> &v)
 {
     V3 e[3], n;
-    for (int a = 0; a < 3; ++a) e[0][a] = v[1][a] - v[0][a], e[1][a] = v[2][a] - v[1][a], e[2][a] = v[0][a] - v[2][a];
+    for (int a = 0; a < 3; ++a)
+        e[0][a] = v[1][a] - v[0][a], e[1][a] = v[2][a] - v[1][a], e[2][a] = v[0][a] - v[2][a];
     for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
         n[a] = e[0][b] * e[1][c] - e[0][c] * e[1][b];
@@ -68,7 +72,8 @@ void mark(Grid &grid, const std::array<V3, 3> &v)
         const int a = plane, b = (plane + 1) % 3, c = (plane + 2) % 3;
         for (int k = 0; k < 3; ++k) {
             const float sign = n[c] < 0 ? -1.0f : 1.0f, na = -e[k][b] * sign, nb = e[k][a] * sign;
-            edge[plane][k] = {na, nb, -(na * v[k][a] + nb * v[k][b]) + std::max(0.0f, na) + std::max(0.0f, nb)};
+            edge[plane][k] = {na, nb,
+                              -(na * v[k][a] + nb * v[k][b]) + std::max(0.0f, na) + std::max(0.0f, nb)};
         }
     }
     const auto passes = [&](int plane, float a, float b) {
@@ -93,7 +98,8 @@ int main(int argc, char **argv)
 {
     const int cells = argc > 1 ? std::atoi(argv[1]) : 1024, runs = argc > 2 ? std::atoi(argv[2]) : 3,
               threads = argc > 3 ? std::atoi(argv[3]) : 1;
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                    static_cast<std::size_t>(threads));
     const voxshell::Mesh mesh = bench_cup();
     const double h = 0.090 / cells, low[3] = {-0.040, 0, -0.040};
     for (int run = 0; run < runs; ++run) {
@@ -104,18 +110,23 @@ int main(int argc, char **argv)
         const int side = static_cast<int>(0.080 / h) + 1;
         Grid grid({side, cells + 1, side});
         grid.shared = threads > 1;
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.triangles.size(), 256), [&](const auto &range) {
-            for (std::size_t t = range.begin(); t < range.end(); ++t) {
-                const auto &[a, b, c] = mesh.triangles[t];
-                mark(grid, {points[a], points[b], points[c]});
-            }
-        });
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.triangles.size(), 256),
+                          [&](const auto &range) {
+                              for (std::size_t t = range.begin(); t < range.end(); ++t) {
+                                  const auto &[a, b, c] = mesh.triangles[t];
+                                  mark(grid, {points[a], points[b], points[c]});
+                              }
+                          });
+        const double seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         std::uint64_t surface = 0;
-        for (std::size_t w = 0; w < grid.count; ++w) surface += static_cast<std::uint64_t>(__builtin_popcount(grid.words[w]));
+        for (std::size_t w = 0; w < grid.count; ++w)
+            surface += static_cast<std::uint64_t>(__builtin_popcount(grid.words[w]));
         rusage used{};
         getrusage(RUSAGE_SELF, &used);
-        fmt::print("{{\"what\":\"dense surface\",\"cells\":{},\"triangles\":{},\"seconds\":{:.4f},\"surface\":{},\"peak_mib\":{}}}\n",
-                   cells, mesh.triangles.size(), seconds, surface, used.ru_maxrss / 1024);
+        fmt::print(
+            "{{\"what\":\"dense "
+            "surface\",\"cells\":{},\"triangles\":{},\"seconds\":{:.4f},\"surface\":{},\"peak_mib\":{}}}\n",
+            cells, mesh.triangles.size(), seconds, surface, used.ru_maxrss / 1024);
     }
 }

@@ -70,30 +70,42 @@ inline Mesh torus(double radius, double thick, std::uint32_t around, std::uint32
 
 inline std::vector<Part> hand_made()
 {
-    const Mesh cube = solids::box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}); // 24 cells: its faces lie on grid planes
+    const Mesh cube =
+        solids::box({-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}); // 24 cells: its faces lie on grid planes
     const Mesh ball = solids::sphere({0, 0, 0}, 0.5, 12);
     std::vector<Part> all{
         {"cube on grid planes", cube},
-        {"cube on cell centres", moved(cube, [](const Point &p) {
-             return Point{p[0] + 1.0 / 48, p[1] + 1.0 / 48, p[2] + 1.0 / 48};
-         })},
+        {"cube on cell centres", moved(cube,
+                                       [](const Point &p) {
+                                           return Point{p[0] + 1.0 / 48, p[1] + 1.0 / 48, p[2] + 1.0 / 48};
+                                       })},
         {"tilted cube", moved(cube, tilted)},
         {"ball inside out", solids::turned_inside_out(ball)},
-        {"needle", moved(ball, [](const Point &p) { return tilted({p[0], 1e-5 * p[1], 1e-5 * p[2]}); })},
-        {"plate thinner than a lattice unit", moved(cube, [](const Point &p) { return tilted({p[0], 1e-7 * p[1], p[2]}); })},
+        {"needle", moved(ball,
+                         [](const Point &p) {
+                             return tilted({p[0], 1e-5 * p[1], 1e-5 * p[2]});
+                         })},
+        {"plate thinner than a lattice unit", moved(cube,
+                                                    [](const Point &p) {
+                                                        return tilted({p[0], 1e-7 * p[1], p[2]});
+                                                    })},
         {"ring of slivers", torus(0.4, 0.1, 3, 300)},
         {"cubes that share an edge", solids::join(cube, solids::box({0.5, 0.5, -0.5}, {1, 1, 0.5}))},
         {"solids through each other", solids::join(moved(cube, tilted), ball)},
     };
     Mesh tripled = cube, soup;
-    for (int n = 0; n < 2; ++n) tripled.triangles.insert(tripled.triangles.end(), cube.triangles.begin(), cube.triangles.end());
+    for (int n = 0; n < 2; ++n)
+        tripled.triangles.insert(tripled.triangles.end(), cube.triangles.begin(), cube.triangles.end());
     all.push_back({"every face three times", tripled});
     std::mt19937 random(4);
-    for (std::uint32_t t = 0; t < 200; ++t) { // sizes from a lattice unit to the whole box, corners often on planes
+    for (std::uint32_t t = 0; t < 200;
+         ++t) { // sizes from a lattice unit to the whole box, corners often on planes
         const double size = std::pow(2.0, -static_cast<double>(random() % 18));
         const auto unit = [&] { return static_cast<double>(random()) / 4294967296.0; };
         const Point at{std::floor(24 * unit()) / 24, std::floor(24 * unit()) / 24, unit()};
-        for (int v = 0; v < 3; ++v) soup.vertices.push_back({at[0] + size * (v == 1), at[1] + size * unit() * (v == 2), at[2] + size * unit()});
+        for (int v = 0; v < 3; ++v)
+            soup.vertices.push_back(
+                {at[0] + size * (v == 1), at[1] + size * unit() * (v == 2), at[2] + size * unit()});
         soup.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
     }
     all.push_back({"soup of all sizes", soup});
@@ -101,7 +113,8 @@ inline std::vector<Part> hand_made()
     return all;
 }
 
-/// The .stl files of these folders of the shared data, in millimetres or metres; none if the data are not here.
+/// The .stl files of these folders of the shared data, in millimetres or metres; none if the data are not
+/// here.
 inline std::vector<Part> from_data(std::initializer_list<const char *> folders)
 {
     std::vector<fs::path> files;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Long work stops when it is asked to: the time from the request to the exception, at many places of every step.
+// Long work stops when it is asked to: the time from the request to the exception, at many places of every
+// step.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
@@ -72,10 +73,12 @@ Worst stop(const char *name, const std::function<void(Progress &)> &work, int pl
         }
         // Done all the same, if the request came after the last check: then the rest is what it cost.
         worst.work = std::max(worst.work, worked() - from - after);
-        if (std::getenv("VXS_CANCEL_CELLS")) std::printf("  at %.2f s: %.0f ms of work\n", after, 1e3 * (worked() - from - after));
+        if (std::getenv("VXS_CANCEL_CELLS"))
+            std::printf("  at %.2f s: %.0f ms of work\n", after, 1e3 * (worked() - from - after));
         worst.wall = std::max(worst.wall, seconds() - wall - after * pace);
     }
-    std::printf("%-14s %6.2f s of work, stopped %d of %d times, after at most %.0f ms of work (about %.0f ms by the clock)\n",
+    std::printf("%-14s %6.2f s of work, stopped %d of %d times, after at most %.0f ms of work (about %.0f ms "
+                "by the clock)\n",
                 name, worst.whole, worst.stopped, places, 1e3 * worst.work, 1e3 * worst.wall);
     return worst;
 }
@@ -93,7 +96,8 @@ TEST_CASE("every long step ends soon after it is asked to")
     const WindingNumber winding(mesh);
     Cells solid = surface;
     classify(solid, winding, silent);
-    // The bar is 100 ms on a machine of one's own: the figures are printed. What must hold on any machine is generous.
+    // The bar is 100 ms on a machine of one's own: the figures are printed. What must hold on any machine is
+    // generous.
     const auto check = [](const Worst &w) { CHECK(w.work < 1); };
     check(stop("bin", [&](Progress &p) { bin_triangles(lattice, p); }));
     check(stop("voxelize", [&](Progress &p) { voxelize(lattice, binned, p); }));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whole parts against exact arithmetic: every cell of the box, and every shell point, with CGAL's rational numbers.
+// Whole parts against exact arithmetic: every cell of the box, and every shell point, with CGAL's rational
+// numbers.
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
@@ -27,7 +28,8 @@ Corners corners(const LatticeMesh &mesh, std::uint32_t t)
     return {mesh.vertices[v[0]], mesh.vertices[v[1]], mesh.vertices[v[2]]};
 }
 
-/// Vertices are where the snap promises: within half a lattice unit of the quotient, itself right to a double.
+/// Vertices are where the snap promises: within half a lattice unit of the quotient, itself right to a
+/// double.
 void check_snap(const Mesh &mesh, const LatticeMesh &lattice)
 {
     std::uint64_t off = 0;
@@ -48,7 +50,8 @@ Candidates candidates(const LatticeMesh &mesh)
         const Corners v = corners(mesh, t);
         Cell low, high, c;
         for (int a = 0; a < 3; ++a) {
-            low[a] = ((std::min({v[0][a], v[1][a], v[2][a]}) + 65535) >> 16) - 1; // a plane belongs to both its cells
+            low[a] = ((std::min({v[0][a], v[1][a], v[2][a]}) + 65535) >> 16) -
+                     1; // a plane belongs to both its cells
             high[a] = std::max({v[0][a], v[1][a], v[2][a]}) >> 16;
         }
         for (c[0] = low[0]; c[0] <= high[0]; ++c[0])
@@ -64,7 +67,8 @@ Cell upper(const Cell &c)
 }
 
 /// A triangle whose box lies in the half-open cell meets it; the others are clipped.
-bool holds_a_point(const LatticeMesh &mesh, const std::vector<std::uint32_t> &triangles, const Cell &cell, std::uint64_t &pairs)
+bool holds_a_point(const LatticeMesh &mesh, const std::vector<std::uint32_t> &triangles, const Cell &cell,
+                   std::uint64_t &pairs)
 {
     for (const std::uint32_t t : triangles) {
         const Corners v = corners(mesh, t);
@@ -83,7 +87,8 @@ std::set<Cell> surface_of(const Cells &cells)
     for (const Brick &brick : cells.bricks)
         for (int c = 0; c < 512; ++c)
             if (brick.surface[c >> 6] >> (c & 63) & 1)
-                all.insert({cells.origin[0] + 8 * brick.at[0] + (c >> 6), cells.origin[1] + 8 * brick.at[1] + (c >> 3 & 7),
+                all.insert({cells.origin[0] + 8 * brick.at[0] + (c >> 6),
+                            cells.origin[1] + 8 * brick.at[1] + (c >> 3 & 7),
                             cells.origin[2] + 8 * brick.at[2] + (c & 7)});
     return all;
 }
@@ -96,11 +101,13 @@ double value(const Number &x)
 /// The exact points of one cell, in order of distance from its centre, as far as they are asked for.
 class Nearest {
   public:
-    Nearest(const LatticeMesh &mesh, const std::vector<std::uint32_t> &triangles, const Cell &cell) : cell_(cell)
+    Nearest(const LatticeMesh &mesh, const std::vector<std::uint32_t> &triangles, const Cell &cell)
+        : cell_(cell)
     {
         for (int a = 0; a < 3; ++a) center_[a] = Number(static_cast<double>(cell[a] * 65536 + 32768));
         for (const std::uint32_t t : triangles) queue_.push_back({least(corners(mesh, t)), corners(mesh, t)});
-        std::sort(queue_.begin(), queue_.end(), [](const auto &a, const auto &b) { return a.least < b.least; });
+        std::sort(queue_.begin(), queue_.end(),
+                  [](const auto &a, const auto &b) { return a.least < b.least; });
     }
 
     struct Found {
@@ -123,13 +130,14 @@ class Nearest {
     }
 
   private:
-    /// Square of the distance from the centre to the triangle's box within the cell: no point of it is nearer.
+    /// Square of the distance from the centre to the triangle's box within the cell: no point of it is
+    /// nearer.
     std::int64_t least(const Corners &v) const
     {
         std::int64_t sum = 0;
         for (int a = 0; a < 3; ++a) {
-            const std::int64_t c = cell_[a] * 65536 + 32768,
-                               low = std::min({v[0][a], v[1][a], v[2][a]}) - c, high = std::max({v[0][a], v[1][a], v[2][a]}) - c,
+            const std::int64_t c = cell_[a] * 65536 + 32768, low = std::min({v[0][a], v[1][a], v[2][a]}) - c,
+                               high = std::max({v[0][a], v[1][a], v[2][a]}) - c,
                                off = std::min<std::int64_t>(std::max({low, -high, std::int64_t{0}}), 32768);
             sum += off * off;
         }
@@ -152,18 +160,21 @@ double rounding(const ShellPoint &p, double voxel)
 {
     double sum = 0;
     for (const float x : p.position) {
-        const double ulp = static_cast<double>(std::nextafter(std::abs(x), INFINITY) - std::abs(x)) / voxel * 65536;
+        const double ulp =
+            static_cast<double>(std::nextafter(std::abs(x), INFINITY) - std::abs(x)) / voxel * 65536;
         sum += ulp * ulp;
     }
     return std::sqrt(sum) + 1e-4; // and of what two edges with equal distances may differ by in double
 }
 
 struct Tally {
-    std::uint64_t cells = 0, pairs = 0, wrong_cells = 0, points = 0, not_nearest = 0, off_surface = 0, no_point = 0;
+    std::uint64_t cells = 0, pairs = 0, wrong_cells = 0, points = 0, not_nearest = 0, off_surface = 0,
+                  no_point = 0;
     double worst = 0;
 };
 
-void check_points(const LatticeMesh &lattice, const Candidates &near, const Cells &cells, const Shell &shell, Tally &tally)
+void check_points(const LatticeMesh &lattice, const Candidates &near, const Cells &cells, const Shell &shell,
+                  Tally &tally)
 {
     std::map<Cell, std::vector<const ShellPoint *>> of;
     for (const ShellPoint &p : shell.points)
@@ -179,7 +190,8 @@ void check_points(const LatticeMesh &lattice, const Candidates &near, const Cell
         for (const ShellPoint *p : points) {
             double sum = 0;
             for (int a = 0; a < 3; ++a) {
-                const double off = static_cast<double>(p->position[a]) / lattice.voxel * 65536 - static_cast<double>(cell[a] * 65536 + 32768);
+                const double off = static_cast<double>(p->position[a]) / lattice.voxel * 65536 -
+                                   static_cast<double>(cell[a] * 65536 + 32768);
                 sum += off * off;
             }
             stored.push_back(std::sqrt(sum));
@@ -190,18 +202,22 @@ void check_points(const LatticeMesh &lattice, const Candidates &near, const Cell
             for (std::size_t n = 0; n < points.size(); ++n) {
                 double sum = 0;
                 for (int a = 0; a < 3; ++a) {
-                    const double off = static_cast<double>(points[n]->position[a]) / lattice.voxel * 65536 - value(found->at[a]);
+                    const double off = static_cast<double>(points[n]->position[a]) / lattice.voxel * 65536 -
+                                       value(found->at[a]);
                     sum += off * off;
                 }
                 miss[n] = std::min(miss[n], std::sqrt(sum));
             }
         }
-        // The nearer of a cell's points is the nearest of all triangles; the other one the nearest of its own triangle.
-        const std::size_t first = static_cast<std::size_t>(std::min_element(stored.begin(), stored.end()) - stored.begin());
+        // The nearer of a cell's points is the nearest of all triangles; the other one the nearest of its own
+        // triangle.
+        const std::size_t first =
+            static_cast<std::size_t>(std::min_element(stored.begin(), stored.end()) - stored.begin());
         const double slack = rounding(*points[first], lattice.voxel);
         tally.not_nearest += !(std::abs(stored[first] - least) <= slack);
         tally.worst = std::max(tally.worst, std::abs(stored[first] - least) / slack);
-        for (std::size_t n = 0; n < points.size(); ++n) tally.off_surface += !(miss[n] <= rounding(*points[n], lattice.voxel));
+        for (std::size_t n = 0; n < points.size(); ++n)
+            tally.off_surface += !(miss[n] <= rounding(*points[n], lattice.voxel));
         tally.points += points.size();
     }
 }
@@ -227,7 +243,8 @@ void check(const std::vector<parts::Part> &all)
         for (const Cell &cell : got) tally.wrong_cells += !wanted.contains(cell);
         CHECK(tally.wrong_cells == 0);
         CHECK(got.size() == cells.surface_cells);
-        check_points(lattice, near, cells, make_shell(lattice, binned, cells, ShellKind::exact, silent), tally);
+        check_points(lattice, near, cells, make_shell(lattice, binned, cells, ShellKind::exact, silent),
+                     tally);
         CHECK(tally.not_nearest == 0);
         CHECK(tally.off_surface == 0);
         CHECK(tally.no_point == 0);
@@ -236,9 +253,10 @@ void check(const std::vector<parts::Part> &all)
         sum.points += tally.points;
         sum.worst = std::max(sum.worst, tally.worst);
     }
-    std::printf("%zu parts: %llu cells from %llu pairs, %llu points, nearest to %.2f of what float32 costs\n", all.size(),
-                static_cast<unsigned long long>(sum.cells), static_cast<unsigned long long>(sum.pairs),
-                static_cast<unsigned long long>(sum.points), sum.worst);
+    std::printf("%zu parts: %llu cells from %llu pairs, %llu points, nearest to %.2f of what float32 costs\n",
+                all.size(), static_cast<unsigned long long>(sum.cells),
+                static_cast<unsigned long long>(sum.pairs), static_cast<unsigned long long>(sum.points),
+                sum.worst);
 }
 
 } // namespace

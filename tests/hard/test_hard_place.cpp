@@ -23,7 +23,8 @@ struct States { ///< sorted
 using Turn = std::function<Cell(const Cell &)>;
 
 /// Every surface and interior cell, each where `turn` takes it.
-States states(const Cells &cells, const Turn &turn = [](const Cell &c) { return c; })
+States states(
+    const Cells &cells, const Turn &turn = [](const Cell &c) { return c; })
 {
     States out;
     const auto cell = [&](std::int64_t i, std::int64_t j, std::int64_t k, int c) {
@@ -33,7 +34,8 @@ States states(const Cells &cells, const Turn &turn = [](const Cell &c) { return 
     for (const Brick &b : cells.bricks)
         for (int c = 0; c < 512; ++c) {
             if (b.surface[c >> 6] >> (c & 63) & 1) out.surface.push_back(cell(b.at[0], b.at[1], b.at[2], c));
-            if (b.interior[c >> 6] >> (c & 63) & 1) out.interior.push_back(cell(b.at[0], b.at[1], b.at[2], c));
+            if (b.interior[c >> 6] >> (c & 63) & 1)
+                out.interior.push_back(cell(b.at[0], b.at[1], b.at[2], c));
         }
     for (const SolidRun &run : cells.solid)
         for (std::int32_t k = run.first; k <= run.last; ++k)
@@ -102,7 +104,8 @@ struct Rotation {
 std::vector<Rotation> rotations()
 {
     std::vector<Rotation> all;
-    for (const std::array<int, 3> &from : {std::array{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}})
+    for (const std::array<int, 3> &from :
+         {std::array{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}})
         for (int bits = 0; bits < 8; ++bits) {
             const Rotation r{from, {bits & 1 ? -1 : 1, bits & 2 ? -1 : 1, bits & 4 ? -1 : 1}};
             const bool even = (from[1] - from[0] + 3) % 3 == 1;
@@ -149,7 +152,8 @@ double snapped_area(const LatticeMesh &lattice)
             u[a] = static_cast<double>(lattice.vertices[t[1]][a] - lattice.vertices[t[0]][a]) / 65536;
             v[a] = static_cast<double>(lattice.vertices[t[2]][a] - lattice.vertices[t[0]][a]) / 65536;
         }
-        sum += std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
+        sum +=
+            std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
     }
     return sum * lattice.voxel * lattice.voxel;
 }
@@ -164,14 +168,16 @@ TEST_CASE("1 um, 1 m, 1 km: the same cells")
         const States here = states(cells_of(part.mesh, h));
         const Part whole = converted(part.mesh, h, 1, {});
         for (const double target : {1e-6, 1.0, 1e3})
-            for (const double scale : {power_of_two(target / size), target / size}) { // exact, and as people scale
+            for (const double scale :
+                 {power_of_two(target / size), target / size}) { // exact, and as people scale
                 CAPTURE(scale);
                 const Mesh scaled = parts::moved(part.mesh, [&](const Point &p) {
                     return Point{p[0] * scale, p[1] * scale, p[2] * scale};
                 });
                 CHECK(states(cells_of(scaled, h * scale)) == here);
             }
-        for (const double target : {1e-6, 1e3}) check_same(converted(part.mesh, h, power_of_two(target / size), {}), whole);
+        for (const double target : {1e-6, 1e3})
+            check_same(converted(part.mesh, h, power_of_two(target / size), {}), whole);
     }
 }
 
@@ -181,13 +187,15 @@ TEST_CASE("moved 10 km by whole cells: the same cells, shifted")
         CAPTURE(part.name);
         const double h = power_of_two(parts::longest_side(part.mesh) / 40);
         const Mesh near = on_a_grid(part.mesh, 0x1p-38);
-        const std::int64_t shift = static_cast<std::int64_t>(10000 / h) | 1; // whole cells, but not whole bricks
+        const std::int64_t shift =
+            static_cast<std::int64_t>(10000 / h) | 1; // whole cells, but not whole bricks
         const double away = static_cast<double>(shift) * h;
-        const Mesh far = parts::moved(near, [&](const Point &p) { return Point{p[0] + away, p[1] - away, p[2] + 3 * h}; });
-        const States there = states(cells_of(far, h)),
-                     wanted = states(cells_of(near, h), [&](const Cell &c) {
-                         return Cell{c[0] + shift, c[1] - shift, c[2] + 3};
-                     });
+        const Mesh far = parts::moved(near, [&](const Point &p) {
+            return Point{p[0] + away, p[1] - away, p[2] + 3 * h};
+        });
+        const States there = states(cells_of(far, h)), wanted = states(cells_of(near, h), [&](const Cell &c) {
+                                                           return Cell{c[0] + shift, c[1] - shift, c[2] + 3};
+                                                       });
         CHECK(there == wanted);
         check_same(converted(near, h, 1, {away, -away, 3 * h}), converted(near, h, 1, {}));
     }
@@ -203,7 +211,8 @@ TEST_CASE("the 24 axis rotations turn the cells of a part without a face on a gr
             return Point{p[0] + 0.1371 * h, p[1] + 0.2913 * h, p[2] + 0.4197 * h};
         });
         const Cells cells = cells_of(off_planes, h);
-        for (const Rotation &r : rotations()) CHECK(states(cells_of(turned(off_planes, r), h)) == states(cells, turn_cells(r)));
+        for (const Rotation &r : rotations())
+            CHECK(states(cells_of(turned(off_planes, r), h)) == states(cells, turn_cells(r)));
     }
 }
 
