@@ -302,10 +302,10 @@ class Convert {
     {
         Mesh mesh = flatten(scene);
         warn(input, scene.warnings);
+        if (o_.weld > 0) stitch_within(mesh, o_.weld);
         if (!(voxel > 0)) { // what convert_part() would choose
-            if (o_.weld > 0) stitch(mesh, o_.weld);
             orient(mesh);
-            const VoxelChoice choice = choose_voxel(mesh, thickness(mesh, *progress_), o_.max_memory.value_or(machine_memory()));
+            const VoxelChoice choice = choose_voxel(mesh, thickness(mesh, *progress_), o_.max_memory.value_or(machine_memory()), o_.channels);
             voxel = choice.voxel;
             if (!o_.json) fmt::print("{}: voxel {}: {}\n", label, format_length(voxel), choice.why);
         }

@@ -2,7 +2,6 @@
 #include "pipeline/choose_voxel.hpp"
 
 #include "cli/options.hpp"
-#include "pipeline/estimate.hpp"
 #include "voxshell/format/pointshell.h"
 
 #include <fmt/format.h>
@@ -29,7 +28,8 @@ double smallest_chosen(double size)
     return round_up_125(size / 2000);
 }
 
-VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint64_t budget)
+VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint64_t budget,
+                         const ChannelRequest &channels)
 {
     const double size = longest_side(mesh);
     if (!(size > 0)) throw Failure(ExitCode::requirement, "", "no voxel suits a part without size; say --voxel LEN");
@@ -46,7 +46,7 @@ VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint
         out = {round_down_125(size / 256), "no interior that could be measured; the longest side is at least 256 voxels"};
     }
     const auto fits = [&](double voxel) {
-        const Estimate e = estimate(mesh, voxel);
+        const Estimate e = estimate(mesh, voxel, channels);
         return e.memory_bytes <= static_cast<double>(budget) && e.surface_cells <= double{VXS_POINTSHELL_MAX_POINTS};
     };
     const double wanted = out.voxel;

@@ -4,6 +4,7 @@
 
 #include "import/scene.hpp"
 #include "mesh/thickness.hpp"
+#include "pipeline/estimate.hpp"
 
 #include <cstdint>
 #include <string>
@@ -18,7 +19,8 @@ struct VoxelChoice {
 /// Three voxels for the wall that 99 % of the area has (voxel_for_wall()), but not below 1/2000 of the part's longest
 /// side and not more cells than `budget` [bytes] holds. Without walls (a sheet, a part full of holes): 1/256 of
 /// the longest side. `mesh` is not empty.
-VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint64_t budget);
+VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint64_t budget,
+                         const ChannelRequest &channels = {});
 
 /// Longest side of the box of the mesh's triangles [m].
 double longest_side(const Mesh &mesh);

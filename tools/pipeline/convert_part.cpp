@@ -134,6 +134,8 @@ Shell make_shell(const LatticeMesh &mesh, const PartOptions &options, Progress &
 constexpr std::size_t quick_triangles = 20000;
 constexpr std::uint64_t quick_pairs = 1'000'000, thorough_pairs = 2'000'000'000;
 
+} // namespace
+
 StitchReport stitch_within(Mesh &mesh, double weld)
 {
     const double largest = longest_side(mesh) / 100;
@@ -143,8 +145,6 @@ StitchReport stitch_within(Mesh &mesh, double weld)
                                   format_length(weld), format_length(largest)));
     return stitch(mesh, weld);
 }
-
-} // namespace
 
 Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progress)
 {
@@ -172,7 +172,7 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     progress.check();
     part.thickness = thickness(mesh, progress);
     if (!(options.voxel > 0)) {
-        const VoxelChoice choice = choose_voxel(mesh, part.thickness, budget);
+        const VoxelChoice choice = choose_voxel(mesh, part.thickness, budget, options.channels);
         options.voxel = choice.voxel;
         part.voxel_why = choice.why;
         check_budget(mesh, options.voxel, budget, options.channels);

@@ -56,6 +56,9 @@ struct Part {
         pointshell; ///< the files' bytes: a pure function of input and options
 };
 
+/// stitch() for --weld [m]. Throws Failure(usage) where that is more than a hundredth of the mesh's longest side.
+StitchReport stitch_within(Mesh &mesh, double weld);
+
 /// Throws Failure: requirement (--strict, memory, limits of the formats), interrupted.
 Part convert_part(const Scene &scene, const PartOptions &options, Progress &progress);
 
