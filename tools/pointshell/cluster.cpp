@@ -74,7 +74,7 @@ struct Placed {
 };
 
 // The order of cluster.hpp. Which points make a half does not depend on how they are found.
-void halve(std::span<Placed> points)
+void halve(std::span<Placed> points, Progress &progress)
 {
     if (points.size() <= size) {
         std::sort(points.begin(), points.end(), [](const Placed &a, const Placed &b) { return a.index < b.index; });
@@ -96,13 +96,16 @@ void halve(std::span<Placed> points)
                      });
     const std::span<Placed> lower = points.first(half), upper = points.subspan(half);
     constexpr std::size_t worth_a_task = 1 << 14;
-    if (points.size() > worth_a_task)
-        tbb::parallel_invoke([lower] { halve(lower); }, [upper] { halve(upper); });
-    else
-        halve(lower), halve(upper);
+    if (points.size() <= worth_a_task) {
+        halve(lower, progress);
+        halve(upper, progress);
+        return;
+    }
+    progress.check();
+    tbb::parallel_invoke([&, lower] { halve(lower, progress); }, [&, upper] { halve(upper, progress); });
 }
 
-void order(std::vector<ShellPoint> &points, const Cells &cells)
+void order(std::vector<ShellPoint> &points, const Cells &cells, Progress &progress)
 {
     std::vector<Placed> placed(points.size());
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
@@ -111,7 +114,7 @@ void order(std::vector<ShellPoint> &points, const Cells &cells)
         for (int i = 0; i < 3; ++i) placed[p].cell[i] = static_cast<std::uint32_t>(8 * at[i] + within[i]);
         placed[p].index = static_cast<std::uint32_t>(p);
     });
-    halve(placed);
+    halve(placed, progress);
     // In place, cycle by cycle: place p takes the point `index`, and is done when it names itself.
     for (std::uint32_t start = 0; start < placed.size(); ++start) {
         if (placed[start].index == start) continue;
@@ -130,13 +133,14 @@ void order(std::vector<ShellPoint> &points, const Cells &cells)
 
 } // namespace
 
-void cluster(Shell &shell, const Cells &cells)
+void cluster(Shell &shell, const Cells &cells, Progress &progress)
 {
-    if (shell.points.size() > size) order(shell.points, cells);
+    if (shell.points.size() > size) order(shell.points, cells, progress);
     const std::span<const ShellPoint> points = shell.points;
     shell.clusters.resize((points.size() + size - 1) / size);
     if (points.empty()) return;
     tbb::parallel_for(std::size_t{0}, shell.clusters.size(), [&](std::size_t c) {
+        if (c % 1024 == 0) progress.check();
         const std::span<const ShellPoint> own =
             points.subspan(c * size, std::min(size, points.size() - c * size));
         Cluster &out = shell.clusters[c];

@@ -14,6 +14,6 @@ namespace voxshell {
 /// of a cluster falls from 9.1 to 5.7 voxels (cup, 1024 cells long; Hilbert 7.3), the largest from 685 to 198.
 ///
 /// Radii are rounded up, so that every stored point is inside under S404's and S405's own arithmetic.
-void cluster(Shell &shell, const Cells &cells);
+void cluster(Shell &shell, const Cells &cells, Progress &progress);
 
 } // namespace voxshell

@@ -66,8 +66,9 @@ double distance2(const ShellPoint &p, const ShellPoint &q)
 // visit(p, q) for the pairs of points in adjacent cells of which one is in bricks [begin, end), each pair once.
 template<class Visit>
 void each_adjacent(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, std::size_t begin,
-                   std::size_t end, const Visit &visit)
+                   std::size_t end, Progress &progress, const Visit &visit)
 {
+    progress.check();
     Halo halo;
     for (std::size_t b = begin; b != end; ++b) {
         if (first[b] == first[b + 1]) continue;
@@ -87,7 +88,8 @@ constexpr std::size_t grain = 64; // bricks
 
 } // namespace
 
-double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, Stands stands)
+double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, Progress &progress,
+               Stands stands)
 {
     const auto standing = [&](std::uint64_t p) -> const ShellPoint & {
         return shell.points[stands.empty() ? p : stands[p]];
@@ -95,7 +97,7 @@ double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::ui
     const double most2 = tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, cells.bricks.size(), grain), 0.0,
         [&](const tbb::blocked_range<std::size_t> &range, double most) {
-            each_adjacent(shell, cells, first, range.begin(), range.end(), [&](std::uint64_t p, std::uint64_t q) {
+            each_adjacent(shell, cells, first, range.begin(), range.end(), progress, [&](std::uint64_t p, std::uint64_t q) {
                 most = std::max(most, distance2(standing(p), standing(q)));
             });
             return most;
@@ -105,7 +107,8 @@ double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::ui
 }
 
 std::vector<std::uint8_t> beside_others(const Shell &shell, const Cells &cells,
-                                        const std::vector<std::uint64_t> &first, double cosine)
+                                        const std::vector<std::uint64_t> &first, double cosine,
+                                        Progress &progress)
 {
     std::vector<std::uint8_t> marks(shell.points.size());
     const auto mark = [&](std::uint64_t p) { std::atomic_ref(marks[p]).store(1, std::memory_order_relaxed); };
@@ -117,13 +120,13 @@ std::vector<std::uint8_t> beside_others(const Shell &shell, const Cells &cells,
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), grain),
                       [&](const tbb::blocked_range<std::size_t> &range) {
-                          each_adjacent(shell, cells, first, range.begin(), range.end(), compare);
+                          each_adjacent(shell, cells, first, range.begin(), range.end(), progress, compare);
                       });
     return marks;
 }
 
 std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
-                                  Stands stands, double limit)
+                                  Stands stands, double limit, Progress &progress)
 {
     std::vector<std::uint8_t> marks(shell.points.size());
     const double limit2 = limit * limit;
@@ -132,7 +135,7 @@ std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const 
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), grain),
                       [&](const tbb::blocked_range<std::size_t> &range) {
-                          each_adjacent(shell, cells, first, range.begin(), range.end(),
+                          each_adjacent(shell, cells, first, range.begin(), range.end(), progress,
                                         [&](std::uint64_t p, std::uint64_t q) {
                                             if (stands[p] == stands[q] || (stands[p] == p && stands[q] == q)) return;
                                             if (distance2(shell.points[stands[p]], shell.points[stands[q]]) <= limit2)
@@ -143,13 +146,15 @@ std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const 
     return marks;
 }
 
-void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first)
+void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
+                    Progress &progress)
 {
     const auto bare = [](const ShellPoint &p) { return p.normal == std::array<float, 3>{}; };
     std::vector<std::pair<std::uint64_t, std::array<float, 3>>>
         found; // set at the end: only own normals are lent
     Halo halo;
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
+        progress.check();
         const std::span<const ShellPoint> own{shell.points.data() + first[b], shell.points.data() + first[b + 1]};
         if (std::none_of(own.begin(), own.end(), bare)) continue;
         halo.fill(shell, cells, first, b);

@@ -207,12 +207,10 @@ Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Ce
     }
     first[bricks] = shell.points.size();
     progress.check();
-    borrow_normals(shell, cells, first);
-    shell.gap_max = gap_max(shell, cells, first);
-    progress.check();
-    if (thin_angle > 0) thin(shell, cells, first, thin_angle);
-    progress.check();
-    cluster(shell, cells);
+    borrow_normals(shell, cells, first, progress);
+    shell.gap_max = gap_max(shell, cells, first, progress);
+    if (thin_angle > 0) thin(shell, cells, first, thin_angle, progress);
+    cluster(shell, cells, progress);
     return shell;
 }
 

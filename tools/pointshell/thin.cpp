@@ -38,9 +38,10 @@ std::array<double, 3> from_to(const ShellPoint &p, const ShellPoint &q)
 
 class Thinner {
   public:
-    Thinner(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle)
+    Thinner(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle,
+            Progress &progress)
         : points_(shell.points), cells_(cells), cosine_(cosine_of(angle)), height_(std::sin(angle) * shell.voxel),
-          stays_(beside_others(shell, cells, first, cosine_))
+          stays_(beside_others(shell, cells, first, cosine_, progress))
     {
     }
 
@@ -98,12 +99,13 @@ class Thinner {
 
 } // namespace
 
-void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle)
+void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle,
+          Progress &progress)
 {
     std::vector<ShellPoint> &points = shell.points;
     std::vector<std::uint32_t> stands(points.size());
     for (std::uint32_t p = 0; p < stands.size(); ++p) stands[p] = p;
-    const Thinner thinner(shell, cells, first, angle);
+    const Thinner thinner(shell, cells, first, angle, progress);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), 64),
                       [&](const tbb::blocked_range<std::size_t> &range) {
                           for (std::size_t b = range.begin(); b != range.end(); ++b)
@@ -116,7 +118,7 @@ void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &fi
     // Points come back, each its own again, until none is too far. Each round brings back at least one.
     const double limit = 3 * shell.voxel;
     for (bool again = true; again;) {
-        const std::vector<std::uint8_t> back = too_far(shell, cells, first, stands, limit);
+        const std::vector<std::uint8_t> back = too_far(shell, cells, first, stands, limit, progress);
         again = false;
         for (std::uint32_t p = 0; p < stands.size(); ++p)
             if (back[p]) stands[p] = p, again = true;
@@ -127,7 +129,7 @@ void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &fi
     report.angle = angle;
     report.points_before = points.size();
     report.gap_before = shell.gap_max;
-    shell.gap_max = gap_max(shell, cells, first, stands);
+    shell.gap_max = gap_max(shell, cells, first, progress, stands);
 
     std::vector<double> area(points.size());
     double least_cosine = 1, farthest2 = 0;

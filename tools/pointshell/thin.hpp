@@ -18,6 +18,7 @@ namespace voxshell {
 /// missed as long as they are as thick as the gap.
 ///
 /// Fills in Shell::thinning, gap_max and surface_cells. `first` as in halo.hpp. A pure function of the shell.
-void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle);
+void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle,
+          Progress &progress);
 
 } // namespace voxshell
