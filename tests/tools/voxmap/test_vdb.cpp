@@ -227,8 +227,8 @@ TEST_CASE("other content, other UUID")
 
 TEST_CASE("solid cells cost their surface, not their volume")
 {
-    const Cells cells = box_of_cells({-700, -3, 5}, {300, 997, 1005}, 0.0001); // 1e9 interior cells
-    REQUIRE(cells.interior_cells == 998ull * 998 * 998);
+    const Cells cells = box_of_cells({-700, -3, 5}, {-100, 597, 605}, 0.0001); // 2e8 interior cells
+    REQUIRE(cells.interior_cells == 598ull * 598 * 598);
     const auto start = std::chrono::steady_clock::now();
     const auto bytes = vdb_bytes(cells, some_hash(), "{}");
     CHECK(bytes.size() < 24 * cells.surface_cells);
@@ -269,7 +269,7 @@ TEST_CASE("flipped bits never end in a crash or a hang of the caller")
     std::mt19937 random(7);
     const auto start = std::chrono::steady_clock::now();
     int refused = 0, read = 0;
-    for (int trial = 0; trial < 250; ++trial) {
+    for (int trial = 0; trial < 100; ++trial) {
         auto damaged = bytes;
         const int flips = 1 + trial % 4;
         // Headers, metadata and topology are in the first bytes: hit those most of the time.
