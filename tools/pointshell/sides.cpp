@@ -11,6 +11,7 @@ constexpr double cancels = 0.25;     // |mean normal| below which it means nothi
 constexpr double agrees = 0.95;      // |mean normal| above which the cell holds one side only
 constexpr double opposed = -0.766;   // cosine of 140 degrees
 constexpr double considerable = 0.1; // share of the area that makes a side
+constexpr double along = 0.174;      // cosine of 80 degrees: less, and the mean lies in the surface
 
 double length(const Vec &v)
 {
@@ -97,6 +98,18 @@ std::array<Group, 2> split(std::span<const Piece> pieces, const Vec &axis)
     return group;
 }
 
+// A wall and its rim in one cell: the two faces cancel, what is left of the mean is the rim's normal and lies
+// in the face that the nearest point is on. It says nothing about that point's side.
+bool is_rim(std::span<const Piece> pieces, const Group &all)
+{
+    const Vec &near = all.nearest->normal;
+    if (!has_plane(*all.nearest) || dot(all.sum, near) >= along * length(all.sum)) return false;
+    double opposite = 0;
+    for (const Piece &piece : pieces)
+        if (dot(piece.normal, near) < opposed) opposite += piece.area;
+    return opposite >= considerable * all.area;
+}
+
 } // namespace
 
 Sides sides_of(std::span<const Piece> pieces)
@@ -122,8 +135,12 @@ Sides sides_of(std::span<const Piece> pieces)
         (size < cancels * all.area || (std::min(group[0].area, group[1].area) >= considerable * all.area &&
                                        dot(group[0].sum, group[1].sum) < opposed * product));
     if (!two) {
-        if (!against) return one;
-        group = split(pieces, all.sum);
+        if (is_rim(pieces, all))
+            group = split(pieces, all.nearest->normal);
+        else if (against)
+            group = split(pieces, all.sum);
+        else
+            return one;
     }
     if (!group[0].nearest || !group[1].nearest) return one;
     const auto nearer = [](const Piece *a, const Piece *b) {

@@ -160,3 +160,20 @@ TEST_CASE("whatever comes: unit normals, no area lost, nearest first, no normal 
         CHECK(sum == doctest::Approx(area).epsilon(1e-12));
     }
 }
+
+TEST_CASE("a wall and its rim in one cell: two points, whatever the rim's share")
+{
+    for (const double rim : {0.1, 0.5, 1.0, 2.0}) {
+        const std::vector<Piece> pieces{piece({0, 1, 0}, 0.4, {0, 0.1, 0}, 1),
+                                        piece({0, -1, 0}, 0.4, {0, -0.2, 0}, 2),
+                                        piece({1, 0, 0}, rim, {0.3, 0, 0}, 3)};
+        const Sides s = sides_of(pieces);
+        REQUIRE(s.count == 2);
+        CHECK(s.side[0].nearest->triangle == 1);
+        CHECK(s.side[0].inward[1] < -0.17); // into the wall, not along its face
+        CHECK(s.side[1].inward[1] > 0.17);
+        CHECK(s.side[0].area + s.side[1].area == doctest::Approx(0.8 + rim));
+        check_unit(s.side[0]);
+        check_unit(s.side[1]);
+    }
+}
