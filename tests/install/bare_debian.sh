@@ -12,7 +12,7 @@ system=$1
 megabytes() { du -xsm --exclude="$system/proc" "$system" | cut -f1; }
 timed() {
     began=$(date +%s)
-    chroot "$system" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root "$@" </dev/null
+    chroot "$system" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/opt "$@" </dev/null
     echo "bare_debian: $*: $((($(date +%s) - began + 30) / 60)) minutes, $(megabytes) MB in all"
 }
 
@@ -23,8 +23,8 @@ cp /etc/resolv.conf "$system/etc/resolv.conf"
 mount -t proc proc "$system/proc" 2>/dev/null || mount --bind /proc "$system/proc"
 trap 'umount "$system/proc"' EXIT
 chroot "$system" sh -c 'apt-get update -qq && apt-get install -y -qq --no-install-recommends git >/dev/null'
-git clone -q "$source" "$system/root/voxshell"
+git clone -q "$source" "$system/opt/voxshell"
 echo "bare_debian: $(megabytes) MB before"
-timed /root/voxshell/samples/demo.sh
-timed /root/voxshell/samples/demo.sh
-timed /root/voxshell/tests/run.sh
+timed /opt/voxshell/samples/demo.sh
+timed /opt/voxshell/samples/demo.sh
+timed /opt/voxshell/tests/run.sh
