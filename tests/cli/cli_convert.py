@@ -127,7 +127,8 @@ class Convert(command.CommandTest):
         self.assertAlmostEqual(foreseen['surface_cells'] / part['surface_cells'], 1, delta=0.1)
         size = sum(output['bytes'] for output in self.load('r.json')['outputs'])
         self.assertTrue(0.5 < foreseen['file_bytes'] / size < 2, (foreseen, size))
-        self.assertGreater(foreseen['memory_bytes'], self.load('r.json')['cost']['peak_rss_bytes'] / 2)
+        if not command.sanitized():
+            self.assertGreater(foreseen['memory_bytes'], self.load('r.json')['cost']['peak_rss_bytes'] / 2)
 
     def test_too_large_is_refused_at_once(self):
         for arguments, pattern in ((['--voxel', '1um'], r'needs about .* the smallest voxel that fits is [\d.]+ (um|mm)$'),

@@ -16,6 +16,12 @@ SOURCE = pathlib.Path(os.environ.get('VOXSHELL_SOURCE', pathlib.Path(__file__).p
 SKIPPED = 77
 
 
+def sanitized():
+    """Sanitizers multiply memory and time: what is measured then says nothing about the program."""
+    cache = pathlib.Path(os.environ.get('VOXSHELL_BUILD', 'none'), 'CMakeCache.txt')
+    return cache.exists() and re.search(r'^VOXSHELL_SANITIZE:\w+=.+$', cache.read_text(encoding='utf-8'), re.M) is not None
+
+
 class CommandTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix='voxshell-'))
