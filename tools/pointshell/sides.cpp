@@ -19,7 +19,7 @@ double length(const Vec &v)
 }
 bool has_plane(const Piece &piece)
 {
-    return piece.normal != Vec{};
+    return piece.normal[0] != 0 || piece.normal[1] != 0 || piece.normal[2] != 0;
 }
 
 // Eigenvector of the largest eigenvalue of a symmetric matrix (xx yy zz xy xz yz), by Jacobi rotations.
