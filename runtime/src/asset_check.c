@@ -45,7 +45,7 @@ vxs_result vxsi_refuse_entry(vxsi_check *check, vxs_result result, const char *r
                              const vxs_container_section *entry, const char *text)
 {
     uint64_t offset = (uint64_t)((const uint8_t *)entry - check->data);
-    return vxsi_refuse(check, result, rule, VXS_ASSET_TABL, offset, text);
+    return vxsi_refuse(check, result, rule, VXS_SECTION_TABL, offset, text);
 }
 
 const vxs_container_section *vxsi_table(const uint8_t *data)
@@ -75,14 +75,14 @@ static vxs_result check_identity(vxsi_check *check, uint32_t wanted_kind, const 
 {
     const vxs_container_header *header = (const vxs_container_header *)(const void *)check->data;
     if (check->size < HEADER_SIZE)
-        return vxsi_refuse(check, VXS_TRUNCATED, "C101", VXS_ASSET_HEAD, 0,
+        return vxsi_refuse(check, VXS_TRUNCATED, "C101", VXS_SECTION_HEAD, 0,
                            "the file is shorter than a header");
     *kind = find_kind(check->data);
     if (!*kind)
-        return vxsi_refuse(check, VXS_MAGIC, "C102", VXS_ASSET_HEAD, 0,
+        return vxsi_refuse(check, VXS_MAGIC, "C102", VXS_SECTION_HEAD, 0,
                            "the first eight bytes are no voxshell magic");
     if (wanted_kind != VXS_ASSET_ANY && (*kind)->kind != wanted_kind) {
-        check->issue.section = VXS_ASSET_HEAD;
+        check->issue.section = VXS_SECTION_HEAD;
         check->issue.text = vxs_result_text(VXS_KIND);
         return VXS_KIND;
     }
@@ -92,7 +92,7 @@ static vxs_result check_identity(vxsi_check *check, uint32_t wanted_kind, const 
         check->issue.reader_major = (*kind)->major;
         check->issue.reader_minor = (*kind)->minor;
         return vxsi_refuse(
-            check, VXS_VERSION, "C103", VXS_ASSET_HEAD, offsetof(vxs_container_header, version_major),
+            check, VXS_VERSION, "C103", VXS_SECTION_HEAD, offsetof(vxs_container_header, version_major),
             "another major version than this reader's: convert the part again, or use newer tools");
     }
     return VXS_OK;
@@ -102,7 +102,7 @@ static vxs_result check_header(vxsi_check *check)
 {
     const vxs_container_header *header = (const vxs_container_header *)(const void *)check->data;
 #define REFUSE(result, rule, field, text)                                                                    \
-    return vxsi_refuse(check, result, rule, VXS_ASSET_HEAD, offsetof(vxs_container_header, field), text)
+    return vxsi_refuse(check, result, rule, VXS_SECTION_HEAD, offsetof(vxs_container_header, field), text)
     if (vxsi_crc32(check->data, offsetof(vxs_container_header, header_crc)) != header->header_crc)
         REFUSE(VXS_CHECKSUM, "C104", header_crc, "the header's checksum does not match");
     if (header->required_features & ~known_features)
@@ -136,7 +136,7 @@ static int id_is_valid(uint32_t id)
         uint32_t byte = id >> (8 * letter) & 0xFFu;
         if (!((byte >= 'A' && byte <= 'Z') || (byte >= '0' && byte <= '9'))) return 0;
     }
-    return id != VXS_ASSET_HEAD && id != VXS_ASSET_TABL;
+    return id != VXS_SECTION_HEAD && id != VXS_SECTION_TABL;
 }
 
 static vxs_result check_entry(vxsi_check *check, uint32_t index, uint64_t start)
@@ -144,7 +144,7 @@ static vxs_result check_entry(vxsi_check *check, uint32_t index, uint64_t start)
     const vxs_container_section *table = vxsi_table(check->data), *entry = &table[index];
     uint64_t at = HEADER_SIZE + (uint64_t)index * ENTRY_SIZE;
 #define REFUSE(rule, field, text)                                                                            \
-    return vxsi_refuse(check, VXS_CORRUPT, rule, VXS_ASSET_TABL,                                             \
+    return vxsi_refuse(check, VXS_CORRUPT, rule, VXS_SECTION_TABL,                                             \
                        at + offsetof(vxs_container_section, field), text)
     if (!id_is_valid(entry->id)) REFUSE("C201", id, "a section id is not four of A-Z 0-9, or is reserved");
     for (uint32_t other = 0; other < index; other++) {
@@ -179,7 +179,7 @@ static vxs_result check_table(vxsi_check *check)
         end = table[i].offset + table[i].size;
     }
     if (check->size != round64(end))
-        return vxsi_refuse(check, VXS_CORRUPT, "C205", VXS_ASSET_HEAD,
+        return vxsi_refuse(check, VXS_CORRUPT, "C205", VXS_SECTION_HEAD,
                            offsetof(vxs_container_header, file_size),
                            "the file does not end with the padding of its last section");
     const vxs_container_section *last = &table[header->section_count - 1];
@@ -203,7 +203,7 @@ static vxs_result check_bytes(vxsi_check *check)
     const vxs_container_header *header = (const vxs_container_header *)(const void *)check->data;
     const vxs_container_section *table = vxsi_table(check->data);
     uint32_t count = header->section_count;
-    vxs_result result = check_gap(check, VXS_ASSET_TABL, HEADER_SIZE + (uint64_t)ENTRY_SIZE * count);
+    vxs_result result = check_gap(check, VXS_SECTION_TABL, HEADER_SIZE + (uint64_t)ENTRY_SIZE * count);
     for (uint32_t i = 0; i < count && result == VXS_OK; i++)
         result = check_gap(check, table[i].id, table[i].offset + table[i].size);
     for (uint32_t i = 0; i < count && result == VXS_OK && !check->skip_checksums; i++) {

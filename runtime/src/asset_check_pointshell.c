@@ -24,7 +24,7 @@ static const struct {
     {VXS_POINTSHELL_SECTION_CLUS, sizeof(vxs_pointshell_cluster)},
 };
 
-static const double max_coordinate = 1e15, max_radius = 1e16;
+static const double max_coordinate = VXS_POINTSHELL_MAX_COORDINATE, max_radius = 1e16;
 
 typedef struct shell_check {
     vxsi_check *check;

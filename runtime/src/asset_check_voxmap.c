@@ -20,10 +20,10 @@ static const struct {
     {VXS_VOXMAP_SECTION_LAYR, 512},
     {VXS_VOXMAP_SECTION_DIST, 1024},
 };
-enum { KNOWN = sizeof layout / sizeof *layout, MAX_LAYER_COUNT = 126 };
+enum { KNOWN = sizeof layout / sizeof *layout };
 
-static const int64_t cell_limit = (int64_t)1 << 44;
-static const uint64_t max_bricks = (uint64_t)1 << 28;
+static const int64_t cell_limit = VXS_VOXMAP_MAX_INDEX;
+static const uint64_t max_bricks = VXS_VOXMAP_MAX_BRICKS;
 
 typedef struct map_check {
     vxsi_check *check;
@@ -138,7 +138,7 @@ static vxs_result check_fields(const map_check *m)
         if (bytes[at] != 0) return refuse_grid(m, "M208", at, "a reserved byte is not 0");
     }
     int has_layers = bytes_of(m, FIRST_OPTIONAL) != NULL, has_distances = bytes_of(m, KNOWN - 1) != NULL;
-    if (has_layers ? grid->layer_count < 1 || grid->layer_count > MAX_LAYER_COUNT : grid->layer_count != 0)
+    if (has_layers ? grid->layer_count < 1 || grid->layer_count > VXS_VOXMAP_MAX_LAYERS : grid->layer_count != 0)
         return refuse_grid(m, "M209", FIELD(layer_count), "layer_count does not fit LAYR");
     double step = grid->distance_step, band = grid->distance_band, error = grid->distance_error;
     if (has_distances) {

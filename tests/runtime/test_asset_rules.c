@@ -97,7 +97,7 @@ static void check_container(void)
 
     CASE(m, TABLE(a)[1].id = VXS_SECTION_ID('r', 'o', 'o', 't'), CORRUPT, "C201", "TABL", TABL_AT(1, id));
     CASE(m, TABLE(a)[1].id = TABLE(a)[0].id, CORRUPT, "C201", "TABL", TABL_AT(1, id));
-    CASE(m, TABLE(a)[1].id = VXS_ASSET_TABL, CORRUPT, "C201", "TABL", TABL_AT(1, id));
+    CASE(m, TABLE(a)[1].id = VXS_SECTION_TABL, CORRUPT, "C201", "TABL", TABL_AT(1, id));
     CASE(m, TABLE(a)[2].stride = 0, CORRUPT, "C202", "TABL", TABL_AT(2, stride));
     CASE(m, TABLE(a)[2].count = 0, CORRUPT, "C202", "TABL", TABL_AT(2, count));
     CASE(m, TABLE(a)[2].size += 1, CORRUPT, "C202", "TABL", TABL_AT(2, size));

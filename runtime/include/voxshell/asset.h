@@ -48,17 +48,13 @@ typedef struct vxs_asset {
     uint64_t mapped_size; /* private to vxs_asset_close(): 0 for caller's memory */
 } vxs_asset;
 
-/* The section of an issue in the header or in the section table. */
-#define VXS_ASSET_HEAD VXS_SECTION_ID('H', 'E', 'A', 'D')
-#define VXS_ASSET_TABL VXS_SECTION_ID('T', 'A', 'B', 'L')
-
 /* Why a file was refused: the first broken rule, in the order of the specs. The rule is the id
  * there: letter 'C' container.md, 'M' voxmap.md, 'S' pointshell.md, and its number; "M305" is
  * {'M', 305}. Letter and rule are 0 where no rule was broken (VXS_IO, VXS_PARAM, VXS_KIND ...). */
 typedef struct vxs_asset_issue {
     char letter;
     uint32_t rule;
-    uint32_t section; /* VXS_SECTION_ID of the section, VXS_ASSET_HEAD or VXS_ASSET_TABL */
+    uint32_t section; /* VXS_SECTION_ID of the section, VXS_SECTION_HEAD or VXS_SECTION_TABL */
     uint64_t offset;  /* from the start of the file [bytes], of the field or element that breaks the rule */
     const char *text; /* static storage, one line */
     int system_error; /* errno of a VXS_IO, else 0 */
