@@ -27,66 +27,79 @@ namespace {
 
 __extension__ typedef __int128 Wide;
 
-/// Extents up to 2^28 lattice units (4096 cells) keep n.x below 2^62 (normal below 2^57, x below 8, three
-/// terms).
+constexpr std::uint64_t every_byte = 0x0101010101010101;
+
+/// Extents up to 2^28 lattice units (4096 cells) and blocks of at most four times that keep the edges' n.p
+/// below 2^61 and the plane's n.x below 2^62 (normal below 2^57, x below 8, three terms).
 constexpr std::int64_t narrow_extent = std::int64_t{1} << 28;
 
 using Local = std::array<std::int64_t, 3>; ///< lattice units relative to the block's minimum corner
 
 template<class Int>
-Int shift_floor(Wide value, int shift)
+Int narrowed(Wide value)
 {
-    const Wide floor = value >> shift; // arithmetic: rounds down
-    if constexpr (sizeof(Int) < sizeof(Wide)) {
-        // Saturation keeps the comparison's outcome: the other side is below 2^62.
-        constexpr Wide limit = (Wide{1} << 62);
-        return static_cast<Int>(floor > limit ? limit : floor < -limit ? -limit : floor);
-    } else {
-        return floor;
-    }
+    if constexpr (sizeof(Int) == sizeof(Wide)) return value;
+    // Saturation keeps the comparison's outcome: the other side is below 2^62.
+    constexpr Wide limit = Wide{1} << 62;
+    return static_cast<Int>(std::clamp(value, -limit, limit));
 }
 
+/// Cells of one coordinate plane, bit 8 x + y, with na x + nb y >= least.
 template<class Int>
-Int shift_ceil(Wide value, int shift)
+std::uint64_t half_plane(Int na, Int nb, Int least)
 {
-    return shift_floor<Int>(value + ((Wide{1} << shift) - 1), shift);
+    // Edges of up to 256 cells: four rows x at once, in 32 bits.
+    constexpr Int small = Int{1} << 24;
+    if (-small <= na && na <= small && -small <= nb && nb <= small) {
+        typedef std::int32_t Rows __attribute__((vector_size(16)));
+        typedef std::uint8_t Bytes __attribute__((vector_size(4)));
+        const auto a = static_cast<std::int32_t>(na), b = static_cast<std::int32_t>(nb),
+                   c = static_cast<std::int32_t>(std::clamp<Int>(least, -32 * small, 32 * small));
+        Rows low = Rows{0, a, 2 * a, 3 * a} - c, high = low + 4 * a, in_low{}, in_high{};
+        for (int y = 0; y < 8; ++y, low += b, high += b) {
+            in_low |= (low >= 0) & (1 << y);
+            in_high |= (high >= 0) & (1 << y);
+        }
+        return std::bit_cast<std::uint32_t>(__builtin_convertvector(in_low, Bytes)) |
+               std::uint64_t{std::bit_cast<std::uint32_t>(__builtin_convertvector(in_high, Bytes))} << 32;
+    }
+    std::uint64_t in = 0;
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) in |= static_cast<std::uint64_t>(na * x + nb * y >= least) << (8 * x + y);
+    return in;
 }
 
-/// Cells of one coordinate plane (row a, column b; bit 8 a + b) that no edge axis of this plane separates.
-/// `low` and `high` limit the cells to the triangle's bounding box.
+/// Cells of the coordinate plane (a, b), bit 8 a + b, that no edge axis of this plane separates. `low` and
+/// `high` limit the cells to the triangle's bounding box.
 template<class Int>
 std::uint64_t plane_mask(const std::array<Local, 3> &v, int a, int b, int shift, const int *low,
                          const int *high)
 {
-    std::uint64_t row = 0, mask = 0;
-    for (int y = low[b]; y <= high[b]; ++y) row |= std::uint64_t{1} << y;
-    for (int x = low[a]; x <= high[a]; ++x) mask |= row << (8 * x);
+    const std::uint64_t row = (0xffu << low[b] & 0xff) & (0xffu >> (7 - high[b]));
+    std::uint64_t mask =
+        row * every_byte & ~std::uint64_t{0} << (8 * low[a]) & ~std::uint64_t{0} >> (56 - 8 * high[a]);
 
     for (int e = 0; e < 3 && mask; ++e) {
         const Local &p = v[e], &q = v[(e + 1) % 3], &r = v[(e + 2) % 3];
-        Wide na = -(static_cast<Wide>(q[b]) - p[b]), nb = static_cast<Wide>(q[a]) - p[a];
+        Int na = static_cast<Int>(p[b]) - q[b], nb = static_cast<Int>(q[a]) - p[a];
         if (na == 0 && nb == 0) continue;
-        Wide w = na * p[a] + nb * p[b];
-        const Wide third = na * r[a] + nb * r[b];
+        Int w = na * p[a] + nb * p[b];
+        const Int third = na * r[a] + nb * r[b];
         const bool flat = third == w;
         if (third < w) na = -na, nb = -nb, w = -w; // now the triangle lies on the side of larger values
 
-        const Int ia = static_cast<Int>(na), ib = static_cast<Int>(nb);
-        const Int plus = (ia > 0 ? ia : 0) + (ib > 0 ? ib : 0), minus = (ia < 0 ? ia : 0) + (ib < 0 ? ib : 0);
-        const Int above = shift_ceil<Int>(w + (plus > 0), shift) - plus;
-        const Int below = shift_floor<Int>(w - (minus < 0), shift) - minus;
+        const Int plus = std::max<Int>(na, 0) + std::max<Int>(nb, 0),
+                  minus = std::min<Int>(na, 0) + std::min<Int>(nb, 0), ceil = (Int{1} << shift) - 1;
+        const Int above = ((w + (plus > 0) + ceil) >> shift) - plus;
         // The whole block lies on the inner side (7 minus is its least n.x): nothing to cut.
-        if (!flat && 7 * minus >= above) continue;
-        for (int x = low[a]; x <= high[a]; ++x) {
-            Int value = ia * x + ib * low[b];
-            for (int y = low[b]; y <= high[b]; ++y, value += ib)
-                if (value < above || (flat && value > below)) mask &= ~(std::uint64_t{1} << (8 * x + y));
+        if (7 * minus < above) mask &= half_plane<Int>(na, nb, above);
+        if (flat) {
+            const Int below = ((w - (minus < 0)) >> shift) - minus;
+            mask &= half_plane<Int>(-na, -nb, -below);
         }
     }
     return mask;
 }
-
-constexpr std::uint64_t every_byte = 0x0101010101010101;
 
 /// Bit j of `row` -> byte j all ones.
 std::uint64_t spread_bits(std::uint64_t row)
@@ -105,27 +118,27 @@ void met_boxes(const std::array<Local, 3> &v, int shift, const int *low, const i
     if (!xz) return;
     const std::uint64_t xy = plane_mask<Int>(v, 0, 1, shift, low, high);
 
-    Wide wide[3];
+    Int n[3];
+    Wide w = 0;
     for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
-        wide[a] = static_cast<Wide>(v[1][b] - v[0][b]) * (v[2][c] - v[0][c]) -
-                  static_cast<Wide>(v[1][c] - v[0][c]) * (v[2][b] - v[0][b]);
+        n[a] = static_cast<Int>(v[1][b] - v[0][b]) * (v[2][c] - v[0][c]) -
+               static_cast<Int>(v[1][c] - v[0][c]) * (v[2][b] - v[0][b]);
+        w += static_cast<Wide>(n[a]) * v[0][a];
     }
-    const Wide w = wide[0] * v[0][0] + wide[1] * v[0][1] + wide[2] * v[0][2];
-    const Int n[3] = {static_cast<Int>(wide[0]), static_cast<Int>(wide[1]), static_cast<Int>(wide[2])};
     Int plus = 0, minus = 0;
     for (const Int c : n) (c > 0 ? plus : minus) += c;
-    const Int above = shift_ceil<Int>(w + (plus > 0), shift) - plus;
-    const Int below = shift_floor<Int>(w - (minus < 0), shift) - minus;
+    const Int above = narrowed<Int>((w + (plus > 0) + ((Wide{1} << shift) - 1)) >> shift) - plus;
+    const Int below = narrowed<Int>((w - (minus < 0)) >> shift) - minus;
 
     for (int i = low[0]; i <= high[0]; ++i) {
-        std::uint64_t word = yz & (xz >> (8 * i) & 0xff) * every_byte & spread_bits(xy >> (8 * i) & 0xff);
+        const std::uint64_t word =
+            yz & (xz >> (8 * i) & 0xff) * every_byte & spread_bits(xy >> (8 * i) & 0xff);
         for (std::uint64_t left = word; left; left &= left - 1) {
             const int bit = std::countr_zero(left);
             const Int value = n[0] * i + n[1] * (bit >> 3) + n[2] * (bit & 7);
-            if (value < above || value > below) word &= ~(std::uint64_t{1} << bit);
+            met[i] |= static_cast<std::uint64_t>((value >= above) & (value <= below)) << bit;
         }
-        met[i] |= word;
     }
 }
 
