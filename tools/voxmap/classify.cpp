@@ -10,6 +10,7 @@
 #include "voxmap/dilate.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <numeric>
@@ -38,21 +39,31 @@ struct Columns {
     std::vector<std::int32_t> low, high; ///< first and last surface k per column; low > high: no surface cell
 };
 
+/// Threads may look for roots and unite at the same time: whatever one of them reads of a node that is not a
+/// root is an ancestor of it.
 std::uint32_t root(std::vector<std::uint32_t> &parent, std::uint32_t node)
 {
-    while (parent[node] != node) {
-        parent[node] = parent[parent[node]];
-        node = parent[node];
+    for (;;) {
+        const std::atomic_ref own(parent[node]);
+        const std::uint32_t up = own.load(std::memory_order_relaxed);
+        if (up == node) return node;
+        const std::uint32_t above = std::atomic_ref(parent[up]).load(std::memory_order_relaxed);
+        if (above != up) own.store(above, std::memory_order_relaxed);
+        node = above;
     }
-    return node;
 }
 
 /// The smaller index becomes the root: the result does not depend on the order of unions.
 void unite(std::vector<std::uint32_t> &parent, std::uint32_t a, std::uint32_t b)
 {
-    a = root(parent, a);
-    b = root(parent, b);
-    if (a != b) parent[std::max(a, b)] = std::min(a, b);
+    for (;;) {
+        a = root(parent, a);
+        b = root(parent, b);
+        if (a == b) return;
+        if (a < b) std::swap(a, b);
+        std::uint32_t still = a;
+        if (std::atomic_ref(parent[a]).compare_exchange_weak(still, b, std::memory_order_relaxed)) return;
+    }
 }
 
 Columns find_runs(const Cells &cells)
@@ -76,13 +87,15 @@ Columns find_runs(const Cells &cells)
         for (std::size_t b = at.begin; b < at.end; ++b) {
             unsigned bits = static_cast<unsigned>(cells.bricks[b].surface[ci] >> (8 * cj) & 0xff);
             const std::int32_t base = 8 * cells.bricks[b].at[2];
-            for (; bits; bits &= bits - 1) {
-                const std::int32_t k = base + std::countr_zero(bits);
+            while (bits) { // a sequence of surface cells at a time
+                const unsigned first = bits & -bits, above = bits & (bits + first);
+                const std::int32_t k = base + std::countr_zero(first);
                 if (last < 0)
                     out.low[column] = k;
                 else if (k > last + 1)
                     gap(Run{last + 1, k - 1});
-                last = k;
+                last = base + std::countr_zero(bits + first) - 1;
+                bits = above;
             }
         }
         if (last >= 0) out.high[column] = last;
@@ -104,11 +117,12 @@ Columns find_runs(const Cells &cells)
 /// ends.
 void join_columns(const Columns &columns, std::size_t a, std::size_t b, std::vector<std::uint32_t> &parent)
 {
-    for (const auto &[from, to] : {std::pair{a, b}, std::pair{b, a}})
+    for (const auto &[from, to] : {std::pair{a, b}, std::pair{b, a}}) {
+        const std::int32_t low = columns.low[to], high = columns.high[to];
         for (std::uint32_t r = columns.start[from]; r < columns.start[from + 1]; ++r)
-            if (columns.low[to] > columns.high[to] || columns.runs[r].first < columns.low[to] ||
-                columns.runs[r].last > columns.high[to])
+            if (low > high || columns.runs[r].first < low || columns.runs[r].last > high)
                 unite(parent, r + 1, outside);
+    }
     std::uint32_t p = columns.start[a], q = columns.start[b];
     while (p < columns.start[a + 1] && q < columns.start[b + 1]) {
         const Run &x = columns.runs[p], &y = columns.runs[q];
@@ -166,7 +180,8 @@ std::optional<Leak> find_leak(const Cells &cells, const Columns &columns,
 }
 
 /// Marks the cells of interior runs: bits in bricks that hold surface, whole bricks between them.
-void fill(Cells &cells, const Columns &columns, const std::vector<std::uint8_t> &interior)
+template<class Interior>
+void fill(Cells &cells, const Columns &columns, const Interior &interior)
 {
     std::vector<std::vector<SolidRun>> solid(columns.bricks.size());
     tbb::parallel_for(std::size_t{0}, columns.bricks.size(), [&](std::size_t b) {
@@ -174,7 +189,7 @@ void fill(Cells &cells, const Columns &columns, const std::vector<std::uint8_t> 
         for (std::size_t c = 0; c < 64; ++c) {
             std::size_t brick = at.begin;
             for (std::uint32_t r = columns.start[64 * b + c]; r < columns.start[64 * b + c + 1]; ++r) {
-                if (!interior[r]) continue;
+                if (!interior(r)) continue;
                 const Run &run = columns.runs[r];
                 while (8 * cells.bricks[brick].at[2] + 7 < run.first) ++brick;
                 for (std::size_t inner = brick; inner < at.end && 8 * cells.bricks[inner].at[2] <= run.last;
@@ -223,8 +238,8 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
                    ? found - columns.bricks.begin()
                    : -1;
     };
-    for (std::size_t b = 0; b < columns.bricks.size(); ++b) {
-        if ((b & 1023) == 0) progress.check();
+    tbb::parallel_for(std::size_t{0}, columns.bricks.size(), [&](std::size_t b) {
+        if ((b & 255) == 0) progress.check();
         const BrickColumn &at = columns.bricks[b];
         const std::ptrdiff_t right = brick_column(at.i + 1, at.j), up = brick_column(at.i, at.j + 1);
         const bool left = brick_column(at.i - 1, at.j) >= 0, down = brick_column(at.i, at.j - 1) >= 0;
@@ -249,9 +264,11 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
                     open(here);
                 if ((ci == 0 && !left) || (cj == 0 && !down)) open(here);
             }
-    }
-    for (std::uint32_t n = 0; n < parent.size(); ++n)
-        parent[n] = parent[parent[n]]; // roots come first: one pass flattens
+    });
+    tbb::parallel_for(std::size_t{0}, parent.size(), [&](std::size_t n) {
+        const std::uint32_t top = root(parent, static_cast<std::uint32_t>(n));
+        std::atomic_ref(parent[n]).store(top, std::memory_order_relaxed);
+    });
     progress.advance(1);
 
     // A component is judged at the middle of its longest run: as far from the surface as is cheap to find.
@@ -280,9 +297,7 @@ Classification classify(Cells &cells, const WindingNumber &winding, Progress &pr
     progress.advance(1);
     progress.check();
 
-    std::vector<std::uint8_t> interior(columns.runs.size());
-    for (std::size_t r = 0; r < interior.size(); ++r) interior[r] = solid[parent[r + 1]];
-    fill(cells, columns, interior);
+    fill(cells, columns, [&](std::uint32_t run) { return solid[parent[run + 1]] != 0; });
     recount(cells);
     progress.advance(1);
     return out;
