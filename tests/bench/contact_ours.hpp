@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The one file of the contact benchmarks that knows the runtime: a map and a shell through files, as users
+// have them, and vxs_contact_evaluate() as a rival.
+#pragma once
+
+#include "contact_rival.hpp"
+
+namespace voxshell::bench {
+
+/// A way to run our contact: a row of the table.
+struct OurMode {
+    const char *name;
+    std::uint32_t kernel; ///< VXS_CONTACT_SCALAR, VXS_CONTACT_AVX2
+    std::uint32_t law;    ///< VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE
+};
+std::span<const OurMode> our_modes();
+
+/// An open voxmap of a mesh.
+class OurMap;
+std::shared_ptr<const OurMap> make_our_map(const Mesh &mesh, double voxel);
+double mib_of(const OurMap &map);
+
+std::unique_ptr<Rival> make_our_rival(const OurMode &mode, std::shared_ptr<const OurMap> map,
+                                      const Points &points);
+
+} // namespace voxshell::bench
