@@ -172,16 +172,20 @@ class Asset:
 
 
 class Voxmap(Asset):
-    STRIDES = {"GRID": 192, "ROOT": 4, "CHNK": 2048, "BRIK": 128, "LAYR": 512, "DIST": 1024}
+    STRIDES = {"GRID": 192, "ROOT": 4, "CHNK": 2048, "BRIK": 128, "LAYR": 512, "DIST": 1024, "CLRX": 4,
+               "CLRV": 4096}
     LOW_BITS = int("01" * 512, 2)  # the lower bit of all 512 states
 
     def __init__(self, data):
         super().__init__(data)
-        self.check_layout("M1", self.STRIDES, optional=("LAYR", "DIST"))
+        self.check_layout("M1", self.STRIDES, optional=("LAYR", "DIST", "CLRX", "CLRV"))
         self.channels = [n for n in ("LAYR", "DIST") if n in self.by_name]
         for name in self.channels:
             if self.by_name[name].count != self.by_name["BRIK"].count:
                 raise Broken("M103", "TABL", self.by_name[name].entry_offset, f"{name} is not as long as BRIK")
+        pair = [self.by_name[n] for n in ("CLRX", "CLRV") if n in self.by_name]
+        if len(pair) == 1 or (pair and pair[0].count != self.by_name["ROOT"].count):
+            raise Broken("M104", "TABL", pair[0].entry_offset, "CLRX and CLRV do not fit each other or ROOT")
         self.check_grid()
         self.root = self.array("ROOT", "I")
         self.chunks = self.array("CHNK", "I")
@@ -189,6 +193,7 @@ class Voxmap(Asset):
         self.check_bricks()
         self.check_counts()
         self.check_channels()
+        self.check_clearance()
         self.check_content_hash()
 
     def check_grid(self):
@@ -360,6 +365,43 @@ class Voxmap(Asset):
                 wrong_sign = value < 0 if self.flags & 2 or state == FREE else value > 0 and state == INTERIOR
                 if wrong_sign or abs(value) * self.distance_step > self.distance_band:
                     raise Broken("M402", "DIST", offset, f"distance {value} in a cell of state {state}")
+
+    def check_clearance(self):
+        if "CLRX" not in self.by_name:
+            return
+        index, values = self.array("CLRX", "I"), self.array("CLRV", "b")
+        index_at, values_at = self.by_name["CLRX"].offset, self.by_name["CLRV"].offset
+        following = FIRST
+        for n, entry in enumerate(index):
+            if entry == following:
+                following += 1
+            elif entry not in (FREE, INTERIOR) or entry != self.root[n]:
+                raise Broken("M501", "CLRX", index_at + 4 * n, f"entry {entry} of chunk {n}, which is {self.root[n]} in ROOT")
+        if following - FIRST != self.by_name["CLRV"].count:
+            raise Broken("M501", "CLRX", index_at, f"{following - FIRST} elements of CLRV numbered")
+        for n, entry in enumerate(index):
+            if entry < FIRST:
+                continue
+            first = 4096 * (entry - FIRST)
+            for b in range(4096):
+                value, state = values[first + b], self.state_around_center(n, b)
+                least, most = (1, 127) if state == FREE else (-127, -1) if state == INTERIOR else (0, 0)
+                if not least <= value <= most:
+                    raise Broken("M502", "CLRV", values_at + first + b, f"clearance {value} where the state is {state}")
+            if set(values[first:first + 4096]) in ({127}, {-127}):
+                raise Broken("M503", "CLRV", values_at + first, f"clearance of chunk {n} is beyond throughout")
+
+    def state_around_center(self, n, block):
+        """State of the eight cells around the centre of a block of chunk n, SURFACE where they differ."""
+        entry = self.root[n]
+        i, j, k = block >> 8, block >> 4 & 15, block & 15
+        if entry >= FIRST:
+            entry = self.chunks[(entry - FIRST) * 512 + (i >> 1 << 6 | j >> 1 << 3 | k >> 1)]
+        if entry < FIRST:
+            return entry
+        bits, corner = self.brick(entry - FIRST), (i & 1) << 8 | (j & 1) << 5 | (k & 1) << 2
+        around = {bits >> 2 * (corner + c) & 3 for c in (73, 74, 81, 82, 137, 138, 145, 146)}
+        return around.pop() if len(around) == 1 else SURFACE
 
     def state(self, i, j, k):
         """State of an absolute cell."""

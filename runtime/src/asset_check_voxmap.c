@@ -8,19 +8,20 @@
 
 #include <math.h>
 
-enum { GRID, ROOT, CHNK, BRIK, FIRST_OPTIONAL };
+enum { GRID, ROOT, CHNK, BRIK, LAYR, DIST, CLRX, CLRV, KNOWN, FIRST_OPTIONAL = LAYR };
 
 static const struct {
     uint32_t id, stride;
-} layout[] = {
+} layout[KNOWN] = {
     {VXS_VOXMAP_SECTION_GRID, sizeof(vxs_voxmap_grid)},
     {VXS_VOXMAP_SECTION_ROOT, 4},
     {VXS_VOXMAP_SECTION_CHNK, 4 * VXS_VOXMAP_CHUNK_ENTRIES},
     {VXS_VOXMAP_SECTION_BRIK, 8 * VXS_VOXMAP_BRICK_WORDS},
     {VXS_VOXMAP_SECTION_LAYR, 512},
     {VXS_VOXMAP_SECTION_DIST, 1024},
+    {VXS_VOXMAP_SECTION_CLRX, 4},
+    {VXS_VOXMAP_SECTION_CLRV, VXS_VOXMAP_CLEARANCE_BLOCKS},
 };
-enum { KNOWN = sizeof layout / sizeof *layout };
 
 static const int64_t cell_limit = VXS_VOXMAP_MAX_INDEX;
 static const uint64_t max_bricks = VXS_VOXMAP_MAX_BRICKS;
@@ -61,7 +62,8 @@ static vxs_result check_sections(map_check *m)
         m->section[n] = vxsi_find_section(m->check->data, layout[n].id);
         if (!m->section[n]) continue;
         if (m->section[n] != next)
-            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", next, "LAYR or DIST is out of order");
+            return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", next,
+                                     "LAYR, DIST, CLRX or CLRV is out of order");
         next++;
     }
     for (int n = 0; n < KNOWN; n++) {
@@ -70,11 +72,15 @@ static vxs_result check_sections(map_check *m)
             return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M102", m->section[n],
                                      "wrong stride, or not one GRID");
     }
-    for (int n = FIRST_OPTIONAL; n < KNOWN; n++) {
+    for (int n = LAYR; n <= DIST; n++) {
         if (m->section[n] && m->section[n]->count != m->section[BRIK]->count)
             return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M103", m->section[n],
                                      "not one element per brick");
     }
+    const vxs_container_section *index = m->section[CLRX], *values = m->section[CLRV];
+    if (!index != !values || (index && index->count != m->section[ROOT]->count))
+        return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M104", index ? index : values,
+                                 "CLRX and CLRV are not both there, or not one entry per chunk of the box");
     return VXS_OK;
 }
 
@@ -137,8 +143,9 @@ static vxs_result check_fields(const map_check *m)
     for (size_t at = FIELD(reserved); at < sizeof *grid; at++) {
         if (bytes[at] != 0) return refuse_grid(m, "M208", at, "a reserved byte is not 0");
     }
-    int has_layers = bytes_of(m, FIRST_OPTIONAL) != NULL, has_distances = bytes_of(m, KNOWN - 1) != NULL;
-    if (has_layers ? grid->layer_count < 1 || grid->layer_count > VXS_VOXMAP_MAX_LAYERS : grid->layer_count != 0)
+    int has_layers = bytes_of(m, LAYR) != NULL, has_distances = bytes_of(m, DIST) != NULL;
+    if (has_layers ? grid->layer_count < 1 || grid->layer_count > VXS_VOXMAP_MAX_LAYERS
+                   : grid->layer_count != 0)
         return refuse_grid(m, "M209", FIELD(layer_count), "layer_count does not fit LAYR");
     double step = grid->distance_step, band = grid->distance_band, error = grid->distance_error;
     if (has_distances) {
@@ -223,7 +230,7 @@ static const uint64_t even_bits = 0x5555555555555555u;
 
 static vxs_result check_bricks(const map_check *m)
 {
-    int has_channel = m->section[FIRST_OPTIONAL] || m->section[KNOWN - 1];
+    int has_channel = m->section[LAYR] || m->section[DIST];
     for (uint64_t brick = 0; brick < m->section[BRIK]->count; brick++) {
         const uint64_t *words = m->bricks + brick * VXS_VOXMAP_BRICK_WORDS;
         uint64_t brick_at = brick * VXS_VOXMAP_BRICK_WORDS * 8, differ = 0;
@@ -358,15 +365,15 @@ static uint32_t state_of(const map_check *m, uint64_t element)
 static vxs_result check_channels(const map_check *m)
 {
     uint64_t cells = m->section[BRIK]->count * 512;
-    const int8_t *layers = bytes_of(m, FIRST_OPTIONAL);
+    const int8_t *layers = bytes_of(m, LAYR);
     int beyond = (int)m->grid->layer_count + 1;
     for (uint64_t n = 0; layers && n < cells; n++) {
         uint32_t state = state_of(m, n);
         int ring = state == VXS_CELL_INTERIOR ? -layers[n] : layers[n];
         if (state == VXS_CELL_SURFACE ? ring != 0 : ring < 1 || ring > beyond)
-            return refuse_at(m, "M401", FIRST_OPTIONAL, n, "a layer does not fit its cell's state");
+            return refuse_at(m, "M401", LAYR, n, "a layer does not fit its cell's state");
     }
-    const int16_t *distances = bytes_of(m, KNOWN - 1);
+    const int16_t *distances = bytes_of(m, DIST);
     int is_unsigned = (m->grid->flags & VXS_VOXMAP_FLAG_UNSIGNED) != 0;
     for (uint64_t n = 0; distances && n < cells; n++) {
         int value = distances[n];
@@ -375,8 +382,74 @@ static vxs_result check_channels(const map_check *m)
                        ? value >= 0
                        : (state != VXS_CELL_FREE || value >= 0) && (state != VXS_CELL_INTERIOR || value <= 0);
         if (!fits || !(fabs((double)value) * m->grid->distance_step <= m->grid->distance_band))
-            return refuse_at(m, "M402", KNOWN - 1, n * 2,
-                             "a distance exceeds the band or has the wrong sign");
+            return refuse_at(m, "M402", DIST, n * 2, "a distance exceeds the band or has the wrong sign");
+    }
+    return VXS_OK;
+}
+
+/* State of the eight cells around a block's centre, 1 (surface) where they differ. relative: of the block's
+ * first cell. */
+static uint32_t state_at_center(const map_check *m, const uint32_t relative[3])
+{
+    const uint32_t ci = relative[0], cj = relative[1], ck = relative[2];
+    uint32_t entry = m->root[vxs_voxmap_root_index(m->grid->root_dims, ci, cj, ck)];
+    if (entry < VXS_VOXMAP_ENTRY_FIRST) return entry;
+    entry = m->chunks[(uint64_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES +
+                      vxs_voxmap_chunk_slot(ci, cj, ck)];
+    if (entry < VXS_VOXMAP_ENTRY_FIRST) return entry;
+    const uint64_t *words = m->bricks + (uint64_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_BRICK_WORDS;
+    uint32_t first = 0;
+    for (uint32_t n = 0; n < 8; n++) {
+        uint32_t cell = vxs_voxmap_brick_cell(ci + 1 + (n >> 2), cj + 1 + (n >> 1 & 1u), ck + 1 + (n & 1u));
+        uint32_t state = vxs_voxmap_brick_state(words, cell);
+        if (n == 0) first = state;
+        if (state != first) return VXS_CELL_SURFACE;
+    }
+    return first;
+}
+
+/* The values of one chunk against the cells around the blocks' centres. */
+static vxs_result check_clearances(const map_check *m, uint64_t element, const uint32_t chunk[3])
+{
+    const int8_t *values = (const int8_t *)bytes_of(m, CLRV) + element * VXS_VOXMAP_CLEARANCE_BLOCKS;
+    uint32_t beyond[2] = {0, 0};
+    for (uint32_t block = 0; block < VXS_VOXMAP_CLEARANCE_BLOCKS; block++) {
+        const uint32_t cell[3] = {chunk[0] * 64 + (block >> 8) * 4, chunk[1] * 64 + (block >> 4 & 15u) * 4,
+                                  chunk[2] * 64 + (block & 15u) * 4};
+        uint32_t state = state_at_center(m, cell);
+        int value = values[block];
+        int fits = state == VXS_CELL_SURFACE ? value == 0 : state == VXS_CELL_FREE ? value > 0 : value < 0;
+        if (!fits || value < -VXS_VOXMAP_CLEARANCE_BEYOND)
+            return refuse_at(m, "M502", CLRV, element * VXS_VOXMAP_CLEARANCE_BLOCKS + block,
+                             "a clearance does not fit the cells around its block's centre");
+        beyond[0] += value == VXS_VOXMAP_CLEARANCE_BEYOND;
+        beyond[1] += value == -VXS_VOXMAP_CLEARANCE_BEYOND;
+    }
+    if (beyond[0] == VXS_VOXMAP_CLEARANCE_BLOCKS || beyond[1] == VXS_VOXMAP_CLEARANCE_BLOCKS)
+        return refuse_at(m, "M503", CLRV, element * VXS_VOXMAP_CLEARANCE_BLOCKS,
+                         "a chunk's clearances are beyond throughout");
+    return VXS_OK;
+}
+
+static vxs_result check_clearance(const map_check *m)
+{
+    const uint32_t *index = bytes_of(m, CLRX), *dims = m->grid->root_dims;
+    if (!index) return VXS_OK;
+    uint64_t next = 0, count = m->section[CLRX]->count;
+    for (uint64_t n = 0; n < count; n++) {
+        int fits = take_entry(index[n], &next);
+        if (!fits || (index[n] < VXS_VOXMAP_ENTRY_FIRST && index[n] != m->root[n]))
+            return refuse_at(m, "M501", CLRX, n * 4,
+                             "not the state of its chunk, and not the next clearances");
+    }
+    if (next != m->section[CLRV]->count)
+        return refuse_at(m, "M501", CLRX, 0, "not as many clearances as entries for them");
+    for (uint64_t n = 0; n < count; n++) {
+        const uint32_t chunk[3] = {(uint32_t)(n / dims[2] / dims[1]), (uint32_t)(n / dims[2] % dims[1]),
+                                   (uint32_t)(n % dims[2])};
+        if (index[n] < VXS_VOXMAP_ENTRY_FIRST) continue;
+        vxs_result result = check_clearances(m, index[n] - VXS_VOXMAP_ENTRY_FIRST, chunk);
+        if (result != VXS_OK) return result;
     }
     return VXS_OK;
 }
@@ -397,5 +470,6 @@ vxs_result vxsi_check_voxmap(vxsi_check *check)
     if (result == VXS_OK) result = check_bricks(&m);
     if (result == VXS_OK) result = check_counts(&m);
     if (result == VXS_OK) result = check_channels(&m);
+    if (result == VXS_OK) result = check_clearance(&m);
     return result;
 }

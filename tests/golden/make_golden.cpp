@@ -28,13 +28,15 @@ Bytes one_cell()
     file.cells.bricks.resize(1);
     file.cells.bricks[0].surface[0] = 1;
     file.cells.surface_cells = 1;
+    file.clearance = false;
     return voxmap_bytes(file);
 }
 
 /// Every kind of entry: a solid chunk, a solid brick, free bricks, one brick of its own; negative cells.
-Bytes uniform()
+Bytes uniform_with(bool clearance)
 {
     VoxmapFile file;
+    file.clearance = clearance;
     file.meta = meta;
     file.source_hash = sha256({});
     Cells &cells = file.cells;
@@ -56,11 +58,22 @@ Bytes uniform()
     return voxmap_bytes(file);
 }
 
+Bytes uniform()
+{
+    return uniform_with(false);
+}
+
+Bytes clearance()
+{
+    return uniform_with(true);
+}
+
 /// Layers and distances around one cell, over a brick that is free itself.
 Bytes channels()
 {
     VoxmapFile file;
     file.meta = meta;
+    file.clearance = false;
     Cells &cells = file.cells;
     cells.voxel = 0.001;
     cells.bricks.resize(2);
@@ -136,6 +149,7 @@ const struct {
     Bytes (*make)();
 } goldens[] = {{"one_cell.voxmap", one_cell},
                {"uniform.voxmap", uniform},
+               {"clearance.voxmap", clearance},
                {"channels.voxmap", channels},
                {"one_point.pointshell", one_point},
                {"two_clusters.pointshell", two_clusters}};

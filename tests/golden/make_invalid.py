@@ -167,6 +167,19 @@ def second_chunk(d):
     d.bytes_of("CHNK").extend(struct.pack("<I", 2) * 512)
 
 
+def beyond_throughout(d):
+    """A chunk far from the others whose clearances say what 0 in CLRX says."""
+    grid("dims", 4, 2)(d)
+    resize("ROOT", 16)(d)
+    resize("CLRX", 16)(d)
+    d.bytes_of("ROOT")[12:] = struct.pack("<I", 2)  # so that the box is as small as chunks allow
+    grid("interior", 262660 + 64**3)(d)
+    grid("max", 64 * 5 - 1, 2)(d)
+    for n in (2, 3):
+        value("CLRX", "I", n, 4 + n)(d)
+        d.bytes_of("CLRV").extend(bytes([127 if n == 2 else 129]) * 4096)
+
+
 def second_brick(state_byte):
     def edit(d):
         value("CHNK", "I", 1, 5)(d)
@@ -174,7 +187,7 @@ def second_brick(state_byte):
     return edit
 
 
-MAP, UNIFORM, CHANNELS = "one_cell.voxmap", "uniform.voxmap", "channels.voxmap"
+MAP, UNIFORM, CHANNELS, CLEARANCE = "one_cell.voxmap", "uniform.voxmap", "channels.voxmap", "clearance.voxmap"
 POINT, SHELL = "one_point.pointshell", "two_clusters.pointshell"
 HUGE = 2**64 - 64
 
@@ -231,6 +244,11 @@ CASES = [
     ("M102", CHANNELS, restride("DIST", 512)),
     ("M103", CHANNELS, resize("LAYR", 512)),
     ("M103", CHANNELS, resize("DIST", 3072)),
+    ("M104", CLEARANCE, drop("CLRX")),
+    ("M104", CLEARANCE, drop("CLRV")),
+    ("M104", CLEARANCE, resize("CLRX", 12)),
+    ("M101", CLEARANCE, swap(4, 5)),
+    ("M102", CLEARANCE, restride("CLRV", 2048)),
     ("M201", MAP, grid("voxel", NAN)),
     ("M201", MAP, grid("voxel", 0.0)),
     ("M201", MAP, grid("voxel", INF)),
@@ -291,6 +309,15 @@ CASES = [
     ("M402", CHANNELS, value("DIST", "h", 3, 129)),
     ("M402", CHANNELS, both(grid("flags", 0), value("DIST", "h", 3, -1))),
     ("M402", CHANNELS, both(grid("flags", 0), value("DIST", "h", 448, -32768))),
+    ("M501", CLEARANCE, value("CLRX", "I", 0, 0)),
+    ("M501", CLEARANCE, value("CLRX", "I", 0, 3)),
+    ("M501", CLEARANCE, value("CLRX", "I", 0, 5)),
+    ("M501", CLEARANCE, resize("CLRV", 4096)),
+    ("M502", CLEARANCE, value("CLRV", "b", 0, 0)),
+    ("M502", CLEARANCE, value("CLRV", "b", 2000, 1)),
+    ("M502", CLEARANCE, value("CLRV", "b", 2000, -128)),
+    ("M502", CLEARANCE, value("CLRV", "b", 8191, -1)),
+    ("M503", CLEARANCE, beyond_throughout),
     ("S101", POINT, swap(1, 2)),
     ("S101", POINT, drop("CLUS")),
     ("S101", SHELL, insert(7, "XTRA")),

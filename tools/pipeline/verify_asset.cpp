@@ -5,6 +5,7 @@
 #include "cli/options.hpp"
 #include "container/asset_file.hpp"
 #include "pointshell/pointshell_file.hpp"
+#include "voxmap/clearance.hpp"
 #include "voxmap/vdb.hpp"
 #include "voxmap/voxmap_file.hpp"
 
@@ -31,6 +32,17 @@ bool begins_like_vdb(const fs::path &path)
     return file.read(magic, sizeof magic) && std::string_view(magic, sizeof magic) == " BDV";
 }
 
+void verify_clearance(const fs::path &path, const AssetFile &file)
+{
+    vxs_voxmap map;
+    if (vxs_voxmap_open(&file.asset(), &map) != VXS_OK) throw Failure(ExitCode::bug, path.string(), "a checked voxmap has no view");
+    if (!map.clearance_index) return;
+    const Clearance right = clearance(map);
+    if (!std::equal(right.index.begin(), right.index.end(), map.clearance_index) || right.values.size() != map.clearance_count ||
+        !std::equal(right.values.begin(), right.values.end(), reinterpret_cast<const Clearance::Values *>(map.clearance)))
+        throw Failure(ExitCode::invalid, path.string(), "CLRV: the clearance is not that of the cells; convert the part again");
+}
+
 VerifiedAsset verify_vdb(const fs::path &path)
 {
     const VdbFile vdb = read_vdb(path);
@@ -51,6 +63,7 @@ VerifiedAsset verify_asset(const fs::path &path)
     const AssetFile file(path);
     const vxs_container_header &header = file.header();
     const std::string version = fmt::format("{}.{}", header.version_major, header.version_minor);
+    if (file.asset().kind == VXS_ASSET_VOXMAP) verify_clearance(path, file);
     if (file.asset().kind == VXS_ASSET_VOXMAP)
         return {"voxmap", version + ", " + cells_text(read_voxmap(path).cells), header.file_size};
     const Shell shell = read_pointshell(path).shell;
@@ -83,7 +96,7 @@ void verify_twins(const fs::path &vdb, const fs::path &voxmap)
                                   voxmap.filename().string()));
     };
     if (a.source_hash != b.source_hash) differ("comes from another source");
-    VoxmapFile c{a.cells, a.channels, b.source_hash, b.meta};
+    VoxmapFile c{a.cells, a.channels, b.source_hash, b.meta, b.clearance};
     if (c.channels.layer.empty() || b.channels.layer.empty()) c.channels.layer = b.channels.layer = {};
     if (c.channels.distance.empty() || b.channels.distance.empty()) c.channels.distance = b.channels.distance = {};
     if (voxmap_bytes(b) != voxmap_bytes(c)) differ("holds other cells or channels");

@@ -3,6 +3,7 @@
 
 #include "cli/failure.hpp"
 #include "container/asset_file.hpp"
+#include "voxmap/clearance.hpp"
 
 #include "voxshell/voxmap.h"
 
@@ -207,6 +208,22 @@ class Levels {
     std::vector<std::array<std::int16_t, 512>> distances;
 };
 
+/// The levels as the runtime looks at them.
+vxs_voxmap view_of(const Levels &levels, const vxs_voxmap_grid &grid)
+{
+    vxs_voxmap map{};
+    for (std::size_t a = 0; a < 3; ++a) {
+        map.root_dims[a] = grid.root_dims[a];
+        map.cells[a] = grid.root_dims[a] * VXS_VOXMAP_CHUNK_CELLS;
+    }
+    map.root = levels.root.data();
+    map.chunks = levels.chunks.data();
+    map.bricks = levels.bricks.data();
+    map.chunk_count = levels.chunks.size() / VXS_VOXMAP_CHUNK_ENTRIES;
+    map.brick_count = levels.bricks.size() / VXS_VOXMAP_BRICK_WORDS;
+    return map;
+}
+
 /// Tight box of the cells and, where a channel speaks in them, of the bricks, in chunks.
 struct ChunkBox {
     std::array<std::int64_t, 3> first, last;
@@ -383,6 +400,11 @@ std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file)
         add(VXS_VOXMAP_SECTION_BRIK, 8 * VXS_VOXMAP_BRICK_WORDS, levels.bricks);
         add(VXS_VOXMAP_SECTION_LAYR, 512, levels.layers);
         add(VXS_VOXMAP_SECTION_DIST, 2 * 512, levels.distances);
+        if (file.clearance) {
+            const Clearance found = clearance(view_of(levels, grid));
+            add(VXS_VOXMAP_SECTION_CLRX, 4, found.index);
+            add(VXS_VOXMAP_SECTION_CLRV, VXS_VOXMAP_CLEARANCE_BLOCKS, found.values);
+        }
         add(VXS_SECTION_META, 1, file.meta);
     }
     return container_bytes(VXS_VOXMAP_MAGIC, VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR,
@@ -398,6 +420,7 @@ VoxmapFile read_voxmap(const std::filesystem::path &path)
     VoxmapFile out = std::move(CellsReader(map).file);
     out.source_hash = file.source_hash();
     out.meta = file.meta();
+    out.clearance = map.clearance != nullptr;
     return out;
 }
 

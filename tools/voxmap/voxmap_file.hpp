@@ -15,6 +15,7 @@ struct VoxmapFile {
     Channels channels; ///< none by default; else one element per brick of `cells`
     Sha256 source_hash{};
     std::string meta = "{}"; ///< the META section's JSON text
+    bool clearance = true;   ///< with what lets the servo loop pass over points far from any surface
 };
 
 /// The same bytes for the same cells: a brick without surface that a voxmap without channels may not hold

@@ -19,16 +19,18 @@ extern "C" {
 
 /* View: borrowed from the asset, valid until vxs_asset_close(). Plain; copy it freely. */
 typedef struct vxs_voxmap {
-    double voxel;             /* edge h of a cell [m] */
-    int64_t origin_cell[3];   /* absolute cell of the box's min corner */
-    uint32_t cells[3];        /* extent of the box [cells] */
-    uint32_t root_dims[3];    /* extent of the box [chunks of 64 cells] */
-    const uint32_t *root;     /* one entry per chunk */
-    const uint32_t *chunks;   /* 512 entries per chunk */
-    const uint64_t *bricks;   /* 16 words per brick, two bits a cell */
-    const int8_t *layers;     /* 512 per brick, or NULL without the channel */
-    const int16_t *distances; /* 512 per brick, or NULL without the channel */
-    uint64_t chunk_count, brick_count;
+    double voxel;                    /* edge h of a cell [m] */
+    int64_t origin_cell[3];          /* absolute cell of the box's min corner */
+    uint32_t cells[3];               /* extent of the box [cells] */
+    uint32_t root_dims[3];           /* extent of the box [chunks of 64 cells] */
+    const uint32_t *root;            /* one entry per chunk */
+    const uint32_t *chunks;          /* 512 entries per chunk */
+    const uint64_t *bricks;          /* 16 words per brick, two bits a cell */
+    const int8_t *layers;            /* 512 per brick, or NULL without the channel */
+    const int16_t *distances;        /* 512 per brick, or NULL without the channel */
+    const uint32_t *clearance_index; /* one entry per chunk of the box, or NULL: nothing can be culled */
+    const int8_t *clearance;         /* 4096 per entry from VXS_VOXMAP_ENTRY_FIRST on; half cells */
+    uint64_t chunk_count, brick_count, clearance_count;
     uint64_t surface_cells, interior_cells;
     int64_t bbox_min[3], bbox_max[3]; /* absolute cells, max inclusive: surface and interior */
     uint32_t layer_count;             /* 0 without the channel */
@@ -70,7 +72,19 @@ static inline uint32_t vxs_voxmap_state(const vxs_voxmap *map, uint32_t ci, uint
     return (uint32_t)(word >> ((cell & 31u) << 1)) & 3u;
 }
 
-/* The same for an absolute cell. Thread: any, rt-safe. */
+/* The clearance of the block of 4 x 4 x 4 cells that holds a relative cell, in half cells: the ball of this
+ * radius around the block's centre holds free cells only (> 0), or, negative, interior ones only; 0 says
+ * nothing. The cell must be inside the box, and the map must have a clearance. Thread: any, rt-safe. */
+static inline int vxs_voxmap_clearance(const vxs_voxmap *map, uint32_t ci, uint32_t cj, uint32_t ck)
+{
+    uint32_t entry = map->clearance_index[vxs_voxmap_root_index(map->root_dims, ci, cj, ck)];
+    if (entry == VXS_CELL_FREE) return VXS_VOXMAP_CLEARANCE_BEYOND;
+    if (entry == VXS_CELL_INTERIOR) return -VXS_VOXMAP_CLEARANCE_BEYOND;
+    return map->clearance[(size_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CLEARANCE_BLOCKS +
+                          vxs_voxmap_clearance_block(ci, cj, ck)];
+}
+
+/* vxs_voxmap_state() of an absolute cell. Thread: any, rt-safe. */
 static inline uint32_t vxs_voxmap_state_at(const vxs_voxmap *map, int64_t i, int64_t j, int64_t k)
 {
     uint64_t ci = (uint64_t)i - (uint64_t)map->origin_cell[0];

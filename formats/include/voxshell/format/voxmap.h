@@ -31,7 +31,9 @@ enum {
     VXS_VOXMAP_MAX_CELLS = 1 << 20, /* per axis of the box (M204) */
     VXS_VOXMAP_MAX_ROOT = 1 << 24,  /* root entries (M205) */
     VXS_VOXMAP_MAX_BRICKS = 1 << 28, /* M206 */
-    VXS_VOXMAP_MAX_LAYERS = 126     /* layer_count; layer_count + 1 means beyond (M401) */
+    VXS_VOXMAP_MAX_LAYERS = 126,    /* layer_count; layer_count + 1 means beyond (M401) */
+    VXS_VOXMAP_CLEARANCE_BLOCKS = 4096, /* blocks of 4 x 4 x 4 cells in a chunk, one clearance each */
+    VXS_VOXMAP_CLEARANCE_BEYOND = 127   /* half cells: as far as a clearance says anything (M502) */
 };
 
 /* Every cell index of the box is in [-VXS_VOXMAP_MAX_INDEX, VXS_VOXMAP_MAX_INDEX) (M202). */
@@ -48,6 +50,12 @@ enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
  * materialises the bricks of the channel's band (their cells may all be free). */
 #define VXS_VOXMAP_SECTION_LAYR VXS_SECTION_ID('L', 'A', 'Y', 'R') /* i8[512]; 0 surface, > 0 free */
 #define VXS_VOXMAP_SECTION_DIST VXS_SECTION_ID('D', 'I', 'S', 'T') /* i16[512]; x distance_step */
+/* Optional pair that lets a reader pass over points without looking at their cells. The index has an
+ * entry per root entry: beyond throughout (0 free, 2 interior), or VXS_VOXMAP_ENTRY_FIRST + element of
+ * CLRV. There a block's value v says: the ball of |v| / 2 cells around the block's centre holds free cells
+ * only (v > 0), or interior ones only (v < 0); 0 says nothing. */
+#define VXS_VOXMAP_SECTION_CLRX VXS_SECTION_ID('C', 'L', 'R', 'X') /* u32 */
+#define VXS_VOXMAP_SECTION_CLRV VXS_SECTION_ID('C', 'L', 'R', 'V') /* i8[4096] */
 
 typedef struct vxs_voxmap_grid {
     double voxel;           /* edge h of a cell [m], finite, > 0 */
@@ -88,6 +96,10 @@ static inline uint64_t vxs_voxmap_root_index(const uint32_t dims[3], uint32_t ci
 static inline uint32_t vxs_voxmap_chunk_slot(uint32_t ci, uint32_t cj, uint32_t ck)
 {
     return ((ci >> 3) & 7u) << 6 | ((cj >> 3) & 7u) << 3 | ((ck >> 3) & 7u);
+}
+static inline uint32_t vxs_voxmap_clearance_block(uint32_t ci, uint32_t cj, uint32_t ck)
+{
+    return ((ci >> 2) & 15u) << 8 | ((cj >> 2) & 15u) << 4 | ((ck >> 2) & 15u);
 }
 static inline uint32_t vxs_voxmap_brick_cell(uint32_t ci, uint32_t cj, uint32_t ck)
 {
