@@ -1,16 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
- * The probe on AVX2, eight points at a time: the same operations in the same order as
+ * The kernel on AVX2, eight points at a time: the same operations in the same order as
  * contact_scalar.c and no fused multiply-add, so the same bits.
  */
-#include "contact_probe.h"
+#include "contact_kernel.h"
 
 #if defined(__x86_64__)
 
 #include <immintrin.h>
+#include <string.h>
 
 /* Gathers index by signed 32 bits: beyond these counts the scalar probe takes over. */
 static const uint64_t max_chunks = INT32_MAX / VXS_VOXMAP_CHUNK_ENTRIES;
+static const uint64_t max_clearances = INT32_MAX / (VXS_VOXMAP_CLEARANCE_BLOCKS / 4);
 static const uint64_t max_bricks = INT32_MAX / (2 * VXS_VOXMAP_BRICK_WORDS);
 
 #define VXSI_AVX2 __attribute__((target("avx2"))) static inline
@@ -65,21 +67,43 @@ VXSI_AVX2 unsigned lanes_of(__m256i mask)
     return (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps(mask));
 }
 
-/* State of the cells in `inside`, free elsewhere. */
-VXSI_AVX2 __m256i states(const vxs_voxmap *map, const __m256i c[3], __m256i inside)
+VXSI_AVX2 __m256i root_index(const vxs_voxmap *map, const __m256i c[3])
 {
     __m256i index = _mm256_mullo_epi32(_mm256_srli_epi32(c[0], 6), _mm256_set1_epi32((int)map->root_dims[1]));
     index = _mm256_add_epi32(index, _mm256_srli_epi32(c[1], 6));
     index = _mm256_mullo_epi32(index, _mm256_set1_epi32((int)map->root_dims[2]));
-    index = _mm256_add_epi32(index, _mm256_srli_epi32(c[2], 6));
-    __m256i entry = gather(_mm256_setzero_si256(), map->root, index, inside);
+    return _mm256_add_epi32(index, _mm256_srli_epi32(c[2], 6));
+}
+
+/* The chunk that the last points were in: the next ones mostly are too. Cells in units of a chunk. */
+typedef struct chunk_cache {
+    __m256i at[3]; /* its first cell */
+    uint32_t entry;
+} chunk_cache;
+
+VXSI_AVX2 int is_cached(const chunk_cache *cache, const __m256i c[3])
+{
+    __m256i differs = _mm256_or_si256(
+        _mm256_or_si256(_mm256_xor_si256(c[0], cache->at[0]), _mm256_xor_si256(c[1], cache->at[1])),
+        _mm256_xor_si256(c[2], cache->at[2]));
+    return _mm256_testz_si256(differs, _mm256_set1_epi32(~(VXS_VOXMAP_CHUNK_CELLS - 1)));
+}
+
+VXSI_AVX2 void cache_chunk(chunk_cache *cache, const vxs_voxmap *map, const __m256i c[3])
+{
+    uint32_t first[3];
+    for (int axis = 0; axis < 3; axis++) {
+        first[axis] = (uint32_t)_mm256_cvtsi256_si32(c[axis]);
+        cache->at[axis] = _mm256_set1_epi32((int)(first[axis] & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1)));
+    }
+    cache->entry = map->root[vxs_voxmap_root_index(map->root_dims, first[0], first[1], first[2])];
+}
+
+/* States from the entries of the cells' bricks. */
+VXSI_AVX2 __m256i states_of(const vxs_voxmap *map, const __m256i c[3], __m256i entry)
+{
     __m256i lanes = is_index(entry);
     if (!lanes_of(lanes)) return entry;
-
-    entry = gather(entry, map->chunks, _mm256_add_epi32(first_of(entry, 9), slot(c, 3)), lanes);
-    lanes = is_index(entry);
-    if (!lanes_of(lanes)) return entry;
-
     __m256i cell = slot(c, 0); /* sixteen cells to a 32-bit half word */
     __m256i word = gather(_mm256_setzero_si256(), map->bricks,
                           _mm256_add_epi32(first_of(entry, 5), _mm256_srli_epi32(cell, 4)), lanes);
@@ -88,50 +112,174 @@ VXSI_AVX2 __m256i states(const vxs_voxmap *map, const __m256i c[3], __m256i insi
     return _mm256_blendv_epi8(entry, state, lanes);
 }
 
-__attribute__((target("avx2"))) void vxsi_probe_avx2(const vxs_voxmap *map, const vxs_pointshell *shell,
-                                                     const vxsi_probe_motion *motion,
-                                                     vxs_contact_scratch *scratch)
+/* States of cells that are all in the box and in the cached chunk. */
+VXSI_AVX2 __m256i states_in_chunk(const vxs_voxmap *map, const chunk_cache *cache, const __m256i c[3])
+{
+    if (cache->entry < VXS_VOXMAP_ENTRY_FIRST) return _mm256_set1_epi32((int)cache->entry);
+    const uint32_t *entries =
+        map->chunks + (size_t)(cache->entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
+    return states_of(map, c, _mm256_i32gather_epi32((const int *)(const void *)entries, slot(c, 3), 4));
+}
+
+/* States of the cells in `inside`, free elsewhere. */
+VXSI_AVX2 __m256i states(const vxs_voxmap *map, const __m256i c[3], __m256i inside)
+{
+    __m256i entry = gather(_mm256_setzero_si256(), map->root, root_index(map, c), inside);
+    __m256i lanes = is_index(entry);
+    if (!lanes_of(lanes)) return entry;
+    return states_of(map, c,
+                     gather(entry, map->chunks, _mm256_add_epi32(first_of(entry, 9), slot(c, 3)), lanes));
+}
+
+/* ((m0 x + m1 y) + m2 z) + b for the three rows */
+VXSI_AVX2 void place(const vxsi_motion *motion, __m256 x, __m256 y, __m256 z, __m256 u[3])
+{
+    for (int axis = 0; axis < 3; axis++) u[axis] = row(motion->m + 3 * axis, motion->b[axis], x, y, z);
+}
+
+/* Appends the lanes in `hits`. */
+VXSI_AVX2 void keep(vxsi_hits *found, const vxs_pointshell *shell, uint32_t point, const __m256 at[3],
+                    const __m256i c[3], unsigned hits)
+{
+    __m128i places = _mm_loadl_epi64((const __m128i *)(const void *)found->order[hits]);
+    __m256i order = _mm256_cvtepu8_epi32(places);
+    uint32_t n = found->count;
+#define KEEP_F(array, v) _mm256_storeu_ps((array) + n, _mm256_permutevar8x32_ps(v, order))
+#define KEEP_I(array, v)                                                                                     \
+    _mm256_storeu_si256((__m256i *)(void *)((array) + n), _mm256_permutevar8x32_epi32(v, order))
+    KEEP_F(found->x, at[0]);
+    KEEP_F(found->y, at[1]);
+    KEEP_F(found->z, at[2]);
+    KEEP_I(found->i, c[0]);
+    KEEP_I(found->j, c[1]);
+    KEEP_I(found->k, c[2]);
+    if (found->take & VXSI_TAKE_NORMAL) {
+        KEEP_F(found->nx, _mm256_loadu_ps(shell->nx + point));
+        KEEP_F(found->ny, _mm256_loadu_ps(shell->ny + point));
+        KEEP_F(found->nz, _mm256_loadu_ps(shell->nz + point));
+    }
+    if (found->take & VXSI_TAKE_AREA) KEEP_F(found->area, _mm256_loadu_ps(shell->area + point));
+#undef KEEP_F
+#undef KEEP_I
+    n += (uint32_t)__builtin_popcount(hits);
+    if (n > found->capacity) {
+        n = found->capacity;
+        found->overflow = 1;
+    }
+    found->count = n;
+}
+
+__attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, const vxs_pointshell *shell,
+                                                       const vxsi_motion *motion, uint32_t first,
+                                                       uint32_t last, vxsi_hits *found)
 {
     if (map->chunk_count > max_chunks || map->brick_count > max_bricks) {
-        vxsi_probe_scalar(map, shell, motion, scratch);
+        vxsi_probe_scalar(map, shell, motion, first, last, found);
         return;
     }
-    const float *m = motion->m, *b = motion->b;
     const float extent[3] = {(float)map->cells[0], (float)map->cells[1], (float)map->cells[2]};
-    for (uint32_t point = 0; point < shell->point_count; point += 8) {
+    chunk_cache cache = {{_mm256_set1_epi32(-1), _mm256_set1_epi32(-1), _mm256_set1_epi32(-1)}, 0};
+    const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
+    for (uint32_t point = first; point < last; point += 8) {
         /* The arrays are padded to whole vectors; lanes beyond the last point do not count. */
-        __m256 x = _mm256_loadu_ps(shell->x + point), y = _mm256_loadu_ps(shell->y + point),
-               z = _mm256_loadu_ps(shell->z + point);
-        __m256 u[3] = {row(m, b[0], x, y, z), row(m + 3, b[1], x, y, z), row(m + 6, b[2], x, y, z)};
-        __m256i inside = _mm256_castps_si256(_mm256_and_ps(
-            _mm256_and_ps(within(u[0], extent[0]), within(u[1], extent[1])), within(u[2], extent[2])));
-        if (!lanes_of(inside)) continue;
-        __m256i c[3];
-        for (int axis = 0; axis < 3; axis++) c[axis] = _mm256_and_si256(_mm256_cvttps_epi32(u[axis]), inside);
-        __m256i state = states(map, c, inside);
-        unsigned deep = lanes_of(_mm256_cmpeq_epi32(state, _mm256_set1_epi32(VXS_CELL_INTERIOR)));
-        unsigned hits = lanes_of(_mm256_cmpeq_epi32(state, _mm256_set1_epi32(VXS_CELL_SURFACE)));
-        if (!(deep | hits)) continue;
-        if (shell->point_count - point < 8) {
-            unsigned real = (1u << (shell->point_count - point)) - 1;
-            deep &= real;
-            hits &= real;
+        const __m256 at[3] = {_mm256_loadu_ps(shell->x + point), _mm256_loadu_ps(shell->y + point),
+                              _mm256_loadu_ps(shell->z + point)};
+        __m256 u[3];
+        place(motion, at[0], at[1], at[2], u);
+        __m256i c[3] = {_mm256_cvttps_epi32(u[0]), _mm256_cvttps_epi32(u[1]), _mm256_cvttps_epi32(u[2])},
+                state;
+        /* Truncation is floor where no sign is set; what is no cell becomes INT32_MIN. */
+        if (is_cached(&cache, c) && !_mm256_movemask_ps(_mm256_or_ps(_mm256_or_ps(u[0], u[1]), u[2]))) {
+            state = states_in_chunk(map, &cache, c);
+        } else {
+            __m256i inside = _mm256_castps_si256(_mm256_and_ps(
+                _mm256_and_ps(within(u[0], extent[0]), within(u[1], extent[1])), within(u[2], extent[2])));
+            if (!lanes_of(inside)) continue;
+            for (int axis = 0; axis < 3; axis++) c[axis] = _mm256_and_si256(c[axis], inside);
+            state = states(map, c, inside);
+            cache_chunk(&cache, map, c);
         }
-        scratch->deep_count += (uint32_t)__builtin_popcount(deep);
-        uint32_t cell[3][8];
-        if (hits)
-            for (int axis = 0; axis < 3; axis++) _mm256_storeu_si256((__m256i *)(void *)cell[axis], c[axis]);
-        for (; hits; hits &= hits - 1) {
-            unsigned lane = (unsigned)__builtin_ctz(hits);
-            if (scratch->count == scratch->capacity) {
-                scratch->overflow = 1;
-                break;
-            }
-            scratch->hits[scratch->count++] =
-                (vxsi_hit){point + lane, {cell[0][lane], cell[1][lane], cell[2][lane]}};
+        unsigned hits = lanes_of(_mm256_cmpgt_epi32(state, _mm256_setzero_si256()));
+        if (!hits) continue;
+        if (last - point < 8) hits &= (1u << (last - point)) - 1;
+        if (!takes_interior) {
+            unsigned deep = hits & lanes_of(_mm256_cmpeq_epi32(state, _mm256_set1_epi32(VXS_CELL_INTERIOR)));
+            found->deep_count += (uint32_t)__builtin_popcount(deep);
+            hits &= ~deep;
         }
+        if (hits) keep(found, shell, point, at, c, hits);
     }
 }
+
+/* The clearance of the cells' blocks, [half cells] with its sign. */
+VXSI_AVX2 __m256i clearances(const vxs_voxmap *map, const __m256i c[3])
+{
+    __m256i index = root_index(map, c), all = _mm256_set1_epi32(-1);
+    __m256i entry = gather(all, map->clearance_index, index, all);
+    __m256i lanes = is_index(entry);
+    const __m256i beyond = _mm256_set1_epi32(VXS_VOXMAP_CLEARANCE_BEYOND);
+    __m256i uniform = _mm256_blendv_epi8(beyond, _mm256_sub_epi32(_mm256_setzero_si256(), beyond),
+                                         _mm256_cmpeq_epi32(entry, _mm256_set1_epi32(VXS_CELL_INTERIOR)));
+    if (!lanes_of(lanes)) return uniform;
+    __m256i block = _mm256_or_si256(_mm256_or_si256(_mm256_slli_epi32(low_bits(c[0], 2, 15), 8),
+                                                    _mm256_slli_epi32(low_bits(c[1], 2, 15), 4)),
+                                    low_bits(c[2], 2, 15));
+    __m256i word = gather(_mm256_setzero_si256(), map->clearance,
+                          _mm256_add_epi32(first_of(entry, 10), _mm256_srli_epi32(block, 2)), lanes);
+    /* The byte to the top, then down again with its sign. */
+    __m256i up = _mm256_slli_epi32(_mm256_sub_epi32(_mm256_set1_epi32(3), low_bits(block, 0, 3)), 3);
+    __m256i value = _mm256_srai_epi32(_mm256_sllv_epi32(word, up), 24);
+    return _mm256_blendv_epi8(uniform, value, lanes);
+}
+
+__attribute__((target("avx2"))) static void cull_avx2(const vxs_voxmap *map, const vxsi_spheres *spheres,
+                                                      uint32_t first, uint64_t wanted,
+                                                      const vxsi_motion *motion, vxsi_verdict *verdict)
+{
+    verdict->is_free = verdict->is_deep = 0;
+    if (map->clearance_count > max_clearances) {
+        vxsi_cull_scalar(map, spheres, first, wanted, motion, verdict);
+        return;
+    }
+    for (uint32_t n = 0; n < VXSI_BATCH; n += 8) {
+        if (!(wanted >> n & 0xFFu)) continue;
+        const uint32_t s = first + n;
+        __m256 u[3], square = _mm256_setzero_ps();
+        __m256i c[3];
+        place(motion, _mm256_loadu_ps(spheres->x + s), _mm256_loadu_ps(spheres->y + s),
+              _mm256_loadu_ps(spheres->z + s), u);
+        for (int axis = 0; axis < 3; axis++) {
+            /* max and min give their second operand for a NaN */
+            __m256 inside = _mm256_min_ps(_mm256_max_ps(u[axis], _mm256_setzero_ps()),
+                                          _mm256_set1_ps((float)map->cells[axis]));
+            c[axis] =
+                _mm256_min_epi32(_mm256_cvttps_epi32(inside), _mm256_set1_epi32((int)map->cells[axis] - 1));
+            __m256i center =
+                _mm256_add_epi32(_mm256_andnot_si256(_mm256_set1_epi32(3), c[axis]), _mm256_set1_epi32(2));
+            __m256 away = _mm256_sub_ps(inside, _mm256_cvtepi32_ps(center));
+            square = _mm256_add_ps(square, _mm256_mul_ps(away, away));
+        }
+        __m256i value = clearances(map, c);
+        __m256 reach =
+            _mm256_add_ps(_mm256_mul_ps(_mm256_loadu_ps(spheres->radius + s), _mm256_set1_ps(motion->scale)),
+                          _mm256_set1_ps(motion->margin));
+        __m256 left =
+            _mm256_sub_ps(_mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_abs_epi32(value)), _mm256_set1_ps(0.5f)),
+                          _mm256_add_ps(_mm256_sqrt_ps(square), reach));
+        uint64_t is_clear =
+            lanes_of(_mm256_castps_si256(_mm256_cmp_ps(left, _mm256_setzero_ps(), _CMP_GE_OQ)));
+        uint64_t is_outside = lanes_of(_mm256_cmpgt_epi32(value, _mm256_setzero_si256()));
+        _mm256_storeu_ps(verdict->slack + n, left);
+        verdict->is_free |= (is_clear & is_outside) << n;
+        verdict->is_deep |= (is_clear & ~is_outside) << n;
+    }
+}
+
+#define VXSI_TARGET __attribute__((target("avx2")))
+#define VXSI_NAME(name) name##_avx2
+#include "contact_sum.h"
+
+const vxsi_kernel vxsi_kernel_avx2 = {cull_avx2, probe_avx2, mean_avx2, sum_common_avx2, sum_own_avx2};
 
 #else
 typedef int vxsi_no_avx2; /* a translation unit is not empty */

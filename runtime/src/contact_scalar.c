@@ -1,31 +1,92 @@
 /* SPDX-License-Identifier: MIT
  *
- * The probe in plain C: the meaning of every other probe.
+ * The kernel in plain C: the meaning of every other one.
  */
-#include "contact_probe.h"
+#include "contact_kernel.h"
 
-void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_probe_motion *motion,
-                       vxs_contact_scratch *scratch)
+#include <math.h>
+#include <string.h>
+
+static float to_cells(const float *m, float b, float x, float y, float z)
+{
+    return ((m[0] * x + m[1] * y) + m[2] * z) + b;
+}
+
+void vxsi_cull_scalar(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted,
+                      const vxsi_motion *motion, vxsi_verdict *verdict)
+{
+    verdict->is_free = verdict->is_deep = 0;
+    for (uint32_t n = 0; n < VXSI_BATCH; n++) {
+        if (!(wanted >> n & 1u)) continue;
+        uint32_t s = first + n;
+        uint32_t cell[3];
+        float square = 0;
+        for (int axis = 0; axis < 3; axis++) {
+            float u =
+                to_cells(motion->m + 3 * axis, motion->b[axis], spheres->x[s], spheres->y[s], spheres->z[s]);
+            /* Outside the box the nearest point of the box is no farther from any cell. */
+            float extent = (float)map->cells[axis];
+            u = u > 0 ? u : 0; /* a NaN becomes 0: refused before */
+            u = u < extent ? u : extent;
+            uint32_t at = (uint32_t)u;
+            cell[axis] = at < map->cells[axis] ? at : map->cells[axis] - 1;
+            float away = u - (float)((cell[axis] & ~3u) + 2);
+            square += away * away;
+        }
+        int value = vxs_voxmap_clearance(map, cell[0], cell[1], cell[2]);
+        float left = (float)(value < 0 ? -value : value) * 0.5f -
+                     (sqrtf(square) + (spheres->radius[s] * motion->scale + motion->margin));
+        verdict->slack[n] = left;
+        if (!(left >= 0)) continue;
+        if (value > 0)
+            verdict->is_free |= UINT64_C(1) << n;
+        else
+            verdict->is_deep |= UINT64_C(1) << n;
+    }
+}
+
+void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
+                       uint32_t first, uint32_t last, vxsi_hits *hits)
 {
     const float *m = motion->m, *b = motion->b;
     const float extent[3] = {(float)map->cells[0], (float)map->cells[1],
                              (float)map->cells[2]}; /* exact: <= 2^20 */
-    for (uint32_t point = 0; point < shell->point_count; point++) {
+    for (uint32_t point = first; point < last; point++) {
         float x = shell->x[point], y = shell->y[point], z = shell->z[point];
-        float u0 = ((m[0] * x + m[1] * y) + m[2] * z) + b[0];
-        float u1 = ((m[3] * x + m[4] * y) + m[5] * z) + b[1];
-        float u2 = ((m[6] * x + m[7] * y) + m[8] * z) + b[2];
+        float u0 = to_cells(m, b[0], x, y, z), u1 = to_cells(m + 3, b[1], x, y, z),
+              u2 = to_cells(m + 6, b[2], x, y, z);
         /* A NaN fails every comparison; within the box truncation is floor. */
         if (!(u0 >= 0 && u0 < extent[0] && u1 >= 0 && u1 < extent[1] && u2 >= 0 && u2 < extent[2])) continue;
         uint32_t cell[3] = {(uint32_t)u0, (uint32_t)u1, (uint32_t)u2};
         uint32_t state = vxs_voxmap_state(map, cell[0], cell[1], cell[2]);
         if (state == VXS_CELL_FREE) continue;
-        if (state == VXS_CELL_INTERIOR) {
-            scratch->deep_count++;
-        } else if (scratch->count < scratch->capacity) {
-            scratch->hits[scratch->count++] = (vxsi_hit){point, {cell[0], cell[1], cell[2]}};
-        } else {
-            scratch->overflow = 1;
+        if (state == VXS_CELL_INTERIOR && !(hits->take & VXSI_TAKE_INTERIOR)) {
+            hits->deep_count++;
+            continue;
         }
+        if (hits->count == hits->capacity) {
+            hits->overflow = 1;
+            continue;
+        }
+        uint32_t n = hits->count++;
+        hits->x[n] = x;
+        hits->y[n] = y;
+        hits->z[n] = z;
+        hits->i[n] = (int32_t)cell[0];
+        hits->j[n] = (int32_t)cell[1];
+        hits->k[n] = (int32_t)cell[2];
+        if (hits->take & VXSI_TAKE_NORMAL) {
+            hits->nx[n] = shell->nx[point];
+            hits->ny[n] = shell->ny[point];
+            hits->nz[n] = shell->nz[point];
+        }
+        if (hits->take & VXSI_TAKE_AREA) hits->area[n] = shell->area[point];
     }
 }
+
+#define VXSI_TARGET
+#define VXSI_NAME(name) name##_scalar
+#include "contact_sum.h"
+
+const vxsi_kernel vxsi_kernel_scalar = {vxsi_cull_scalar, vxsi_probe_scalar, mean_scalar, sum_common_scalar,
+                                        sum_own_scalar};

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * Set-up of contact: config and scratch memory.
+ * Set-up of contact: config, memory, spheres of the upper level.
  */
-#include "contact_probe.h"
+#include "contact_state.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { ALIGNMENT = 16 };
+enum { ALIGNMENT = 64, LANES = 8 };
 
 void vxs_contact_config_default(vxs_contact_config *config)
 {
@@ -23,46 +23,161 @@ static size_t round_up(size_t size)
     return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
 }
 
-size_t vxs_contact_memory(uint32_t point_count)
+static uint32_t group_count(const vxs_pointshell *shell)
 {
-    return round_up(sizeof(vxs_contact_scratch)) + (size_t)point_count * sizeof(vxsi_hit) +
-           round_up(point_count);
+    return (shell->cluster_count + VXSI_GROUP_CLUSTERS - 1) / VXSI_GROUP_CLUSTERS;
 }
 
-static vxsi_probe *probe_named(uint32_t kernel)
+/* Hands out the caller's memory, or only counts it with memory NULL. */
+typedef struct arena {
+    uint8_t *memory;
+    size_t used;
+} arena;
+
+static void *take(arena *a, size_t count, size_t size)
+{
+    void *taken = a->memory ? a->memory + a->used : NULL;
+    a->used += round_up(count * size);
+    return taken;
+}
+
+static void take_spheres(arena *a, vxsi_spheres *spheres, uint32_t count)
+{
+    size_t padded = (size_t)count + LANES;
+    float **arrays[] = {&spheres->x, &spheres->y, &spheres->z, &spheres->radius};
+    for (int n = 0; n < 4; n++) *arrays[n] = take(a, padded, sizeof(float));
+    spheres->count = count;
+}
+
+/* Lays out everything; returns the bytes that it takes. */
+static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshell *shell, uint32_t statics)
+{
+    arena a = {memory, 0};
+    take(&a, 1, sizeof *contact);
+    vxsi_hits *hits = &contact->hits;
+    size_t room = (size_t)shell->point_count + LANES; /* a kernel may write whole vectors */
+    float **floats[] = {&hits->x, &hits->y, &hits->z, &hits->nx, &hits->ny, &hits->nz, &hits->area};
+    int32_t **cells[] = {&hits->i, &hits->j, &hits->k};
+    for (int n = 0; n < 7; n++) *floats[n] = take(&a, room, sizeof(float));
+    for (int n = 0; n < 3; n++) *cells[n] = take(&a, room, sizeof(int32_t));
+    hits->patch = take(&a, room, 1);
+    take_spheres(&a, &contact->clusters, shell->cluster_count);
+    take_spheres(&a, &contact->groups, group_count(shell));
+    contact->statics = take(&a, statics, sizeof(vxsi_static));
+    for (uint32_t n = 0; n < statics; n++) {
+        double *due = take(&a, shell->cluster_count, sizeof(double));
+        double *group_due = take(&a, group_count(shell), sizeof(double));
+        if (memory) {
+            contact->statics[n].due = due;
+            contact->statics[n].group_due = group_due;
+        }
+    }
+    return a.used;
+}
+
+size_t vxs_contact_memory(const vxs_pointshell *shell, uint32_t statics)
+{
+    vxs_contact unplaced;
+    return shell ? lay_out(&unplaced, NULL, shell, statics) : 0;
+}
+
+static const vxsi_kernel *kernel_named(uint32_t kernel)
 {
     switch (kernel) {
     case VXS_CONTACT_SCALAR:
-        return vxsi_probe_scalar;
+        return &vxsi_kernel_scalar;
 #if defined(__x86_64__)
     case VXS_CONTACT_AVX2:
-        return __builtin_cpu_supports("avx2") ? vxsi_probe_avx2 : NULL;
+        return __builtin_cpu_supports("avx2") ? &vxsi_kernel_avx2 : NULL;
+#elif defined(__aarch64__)
+    case VXS_CONTACT_NEON:
+        return &vxsi_kernel_neon;
 #endif
     default:
         return NULL;
     }
 }
 
-vxs_result vxs_contact_use(vxs_contact_scratch *scratch, uint32_t kernel)
+vxs_result vxs_contact_use(vxs_contact *contact, uint32_t kernel)
 {
-    if (!scratch || kernel > VXS_CONTACT_AVX2) return VXS_PARAM;
-    vxsi_probe *probe = probe_named(kernel);
-    for (uint32_t best = VXS_CONTACT_AVX2; kernel == VXS_CONTACT_FASTEST && !probe; best--)
-        probe = probe_named(best);
-    if (!probe) return VXS_UNSUPPORTED;
-    scratch->probe = probe;
+    if (!contact || kernel > VXS_CONTACT_NEON) return VXS_PARAM;
+    const vxsi_kernel *chosen = kernel_named(kernel);
+    for (uint32_t best = VXS_CONTACT_NEON; kernel == VXS_CONTACT_FASTEST && !chosen; best--)
+        chosen = kernel_named(best);
+    if (!chosen) return VXS_UNSUPPORTED;
+    contact->kernel = chosen;
     return VXS_OK;
 }
 
-vxs_result vxs_contact_init(void *memory, size_t size, uint32_t point_count, vxs_contact_scratch **out)
+vxs_result vxs_contact_cull(vxs_contact *contact, uint32_t culling)
 {
-    if (!memory || !out) return VXS_PARAM;
-    if ((uintptr_t)memory % ALIGNMENT != 0 || size < vxs_contact_memory(point_count)) return VXS_BUFFER;
-    vxs_contact_scratch *scratch = memory;
-    memset(scratch, 0, sizeof *scratch);
-    scratch->capacity = point_count;
-    scratch->hits = (vxsi_hit *)(void *)((uint8_t *)memory + round_up(sizeof *scratch));
-    scratch->patch = (uint8_t *)(scratch->hits + point_count);
-    *out = scratch;
-    return vxs_contact_use(scratch, VXS_CONTACT_FASTEST);
+    if (!contact || culling > VXS_CONTACT_CHECKED) return VXS_PARAM;
+    contact->culling = culling;
+    for (uint32_t n = 0; n < contact->static_capacity; n++) contact->statics[n].root = NULL;
+    return VXS_OK;
+}
+
+static void copy_spheres(vxsi_spheres *out, const vxs_pointshell *shell)
+{
+    for (uint32_t n = 0; n < out->count; n++) {
+        const vxs_pointshell_cluster *cluster = &shell->clusters[n];
+        out->x[n] = cluster->center[0];
+        out->y[n] = cluster->center[1];
+        out->z[n] = cluster->center[2];
+        out->radius[n] = cluster->radius;
+    }
+}
+
+/* Spheres that hold their clusters': around the middle of the centres' box. */
+static void group_spheres(vxsi_spheres *out, const vxsi_spheres *clusters)
+{
+    const float *axes[3] = {clusters->x, clusters->y, clusters->z};
+    float *centers[3] = {out->x, out->y, out->z};
+    for (uint32_t group = 0; group < out->count; group++) {
+        uint32_t first = group * VXSI_GROUP_CLUSTERS, last = first + VXSI_GROUP_CLUSTERS;
+        if (last > clusters->count) last = clusters->count;
+        for (int axis = 0; axis < 3; axis++) {
+            float low = axes[axis][first], high = low;
+            for (uint32_t n = first; n < last; n++) {
+                low = fminf(low, axes[axis][n]);
+                high = fmaxf(high, axes[axis][n]);
+            }
+            centers[axis][group] = 0.5f * low + 0.5f * high;
+        }
+        double radius = 0;
+        for (uint32_t n = first; n < last; n++) {
+            double square = 0;
+            for (int axis = 0; axis < 3; axis++) {
+                double away = (double)axes[axis][n] - (double)centers[axis][group];
+                square += away * away;
+            }
+            radius = fmax(radius, sqrt(square) + (double)clusters->radius[n]);
+        }
+        out->radius[group] = (float)(radius * (1 + 0x1p-22));
+    }
+}
+
+vxs_result vxs_contact_init(void *memory, size_t size, const vxs_pointshell *shell, uint32_t statics,
+                            vxs_contact **out)
+{
+    if (!memory || !out || !shell || statics < 1 || statics > VXS_CONTACT_MAX_STATICS) return VXS_PARAM;
+    if ((uintptr_t)memory % 16 != 0 || size < vxs_contact_memory(shell, statics)) return VXS_BUFFER;
+    /* Every page is touched here, so that none faults in a tick. */
+    memset(memory, 0, vxs_contact_memory(shell, statics));
+    vxs_contact *contact = memory;
+    lay_out(contact, memory, shell, statics);
+    contact->shell = *shell;
+    contact->static_capacity = statics;
+    contact->hits.capacity = shell->point_count;
+    for (unsigned mask = 0; mask < 256; mask++) {
+        int n = 0;
+        for (uint8_t bit = 0; bit < 8; bit++) {
+            if (mask >> bit & 1u) contact->order[mask][n++] = bit;
+        }
+    }
+    contact->hits.order = (const uint8_t(*)[8])contact->order;
+    copy_spheres(&contact->clusters, shell);
+    group_spheres(&contact->groups, &contact->clusters);
+    *out = contact;
+    return vxs_contact_use(contact, VXS_CONTACT_FASTEST);
 }

@@ -15,7 +15,7 @@ void vxs_servo_config_default(vxs_servo_config *config)
 {
     memset(config, 0, sizeof *config);
     config->struct_size = sizeof *config;
-    config->map_pose = config->mount = config->grip = vxs_pose_identity();
+    config->mount = config->grip = vxs_pose_identity();
     config->scale = 1;
     vxs_contact_config_default(&config->contact);
     vxs_coupling_config_default(&config->coupling);
@@ -38,10 +38,15 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
 {
     if (!config) return VXS_PARAM;
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
-    if (!config->map || !config->shell) return VXS_PARAM;
+    if (!config->statics || config->static_count < 1 || config->static_count > VXS_CONTACT_MAX_STATICS ||
+        !config->shell)
+        return VXS_PARAM;
     double rotation[9];
-    if (!vxs_pose_rotation(&config->map_pose, rotation) || !vxs_pose_rotation(&config->mount, rotation) ||
-        !vxs_pose_rotation(&config->grip, rotation))
+    for (uint32_t n = 0; n < config->static_count; n++) {
+        const vxs_contact_static *at = &config->statics[n];
+        if (!at->map || (at->pose && !vxs_pose_rotation(at->pose, rotation))) return VXS_PARAM;
+    }
+    if (!vxs_pose_rotation(&config->mount, rotation) || !vxs_pose_rotation(&config->grip, rotation))
         return VXS_PARAM;
     if (!is_positive(config->scale) || !is_positive(config->max_force) || !is_positive(config->max_torque))
         return VXS_PARAM;
@@ -59,9 +64,9 @@ static size_t round_up(size_t size)
 
 size_t vxs_servo_memory(const vxs_servo_config *config)
 {
-    if (!config || !config->map || !config->shell) return 0;
+    if (!config || !config->shell || config->static_count > VXS_CONTACT_MAX_STATICS) return 0;
     return round_up(sizeof(vxs_servo)) + vxs_coupling_memory() +
-           vxs_contact_memory(config->shell->point_count);
+           vxs_contact_memory(config->shell, config->static_count);
 }
 
 /* The device's tip in the shell's frame: -R^T position of the grip. */
@@ -97,8 +102,8 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     result = vxs_coupling_init(bytes, vxs_coupling_memory(), &config->coupling, &servo->coupling);
     bytes += vxs_coupling_memory();
     if (result == VXS_OK)
-        result = vxs_contact_init(bytes, vxs_contact_memory(config->shell->point_count),
-                                  config->shell->point_count, &servo->scratch);
+        result = vxs_contact_init(bytes, vxs_contact_memory(config->shell, config->static_count),
+                                  config->shell, config->static_count, &servo->contact);
     if (result == VXS_OK) *out = servo;
     return result;
 }

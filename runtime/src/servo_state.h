@@ -12,7 +12,7 @@ enum { VXSI_SERVO_IS_OFF, VXSI_SERVO_IS_BLOCKED, VXSI_SERVO_IS_LIVE };
 
 struct vxs_servo {
     vxs_servo_config config; /* defaults resolved */
-    vxs_contact_scratch *scratch;
+    vxs_contact *contact;
     vxs_coupling *coupling;
     double mount[9]; /* rotation device -> scene */
     int64_t hold_ns, decay_ns, sample_ns;

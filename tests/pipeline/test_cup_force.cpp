@@ -47,8 +47,8 @@ struct Assets {
         shell_file = std::make_unique<AssetFile>(folder.path / "sphere.pointshell", VXS_ASSET_POINTSHELL);
         REQUIRE(vxs_voxmap_open(&map_file->asset(), &map) == VXS_OK);
         REQUIRE(vxs_pointshell_open(&shell_file->asset(), &shell) == VXS_OK);
-        memory.resize(vxs_contact_memory(shell.point_count) / sizeof(std::max_align_t) + 1);
-        REQUIRE(vxs_contact_init(memory.data(), memory.size() * sizeof(std::max_align_t), shell.point_count, &scratch) == VXS_OK);
+        memory.resize(vxs_contact_memory(&shell, 1) / sizeof(std::max_align_t) + 1);
+        REQUIRE(vxs_contact_init(memory.data(), memory.size() * sizeof(std::max_align_t), &shell, 1, &contact) == VXS_OK);
     }
 
     /// The sphere at `gap` from the outer wall (negative: pressed in), at this angle about the cup's axis.
@@ -60,7 +60,8 @@ struct Assets {
         const double r = wall + radius + gap;
         const vxs_pose pose = {{r * std::cos(angle), height, r * std::sin(angle)}, {1, 0, 0, 0}};
         vxs_contact_result result;
-        vxs_contact_evaluate(&map, nullptr, &shell, &pose, &config, scratch, &result);
+        const vxs_contact_static statics = {&map, nullptr};
+        vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result);
         return result;
     }
 
@@ -68,7 +69,7 @@ struct Assets {
     std::unique_ptr<AssetFile> map_file, shell_file;
     vxs_voxmap map{};
     vxs_pointshell shell{};
-    vxs_contact_scratch *scratch = nullptr;
+    vxs_contact *contact = nullptr;
     std::vector<std::max_align_t> memory;
 };
 

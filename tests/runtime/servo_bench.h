@@ -11,6 +11,7 @@
 typedef struct servo_bench {
     built_asset map_bytes, shell_bytes;
     vxs_voxmap map;
+    vxs_contact_static statics;
     vxs_pointshell shell;
     vxs_simulated_config device_config;
     vxs_servo_config servo_config;
@@ -34,7 +35,9 @@ static inline void bench_prepare(servo_bench *b)
     vxs_simulated_config_default(&b->device_config, NULL);
     b->device_config.start.position[1] = 0.012;
     vxs_servo_config_default(&b->servo_config);
-    b->servo_config.map = &b->map;
+    b->statics = (vxs_contact_static){&b->map, NULL};
+    b->servo_config.statics = &b->statics;
+    b->servo_config.static_count = 1;
     b->servo_config.shell = &b->shell;
     b->servo_config.max_force = 8.5;
     b->servo_config.contact.weighting = VXS_CONTACT_AREA;

@@ -33,14 +33,15 @@ static void use_map(const vxs_asset *asset)
 static void touch(const vxs_voxmap *map, const vxs_pointshell *shell)
 {
     static uint8_t memory[1 << 16] __attribute__((aligned(64)));
-    vxs_contact_scratch *scratch;
+    vxs_contact *contact;
+    const vxs_contact_static statics = {map, NULL};
     vxs_contact_config config;
     vxs_contact_result result;
     vxs_contact_config_default(&config);
-    CHECK_INT(vxs_contact_init(memory, sizeof memory, shell->point_count, &scratch), VXS_OK);
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, shell, 1, &contact), VXS_OK);
     for (int n = 0; n < 5; n++) {
         vxs_pose pose = {{0.004 * n - 0.008, 0.001 * n, 0}, {1, 0.1 * n, 0, 0}};
-        vxs_contact_evaluate(map, NULL, shell, &pose, &config, scratch, &result);
+        vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result);
         CHECK(isfinite(result.wrench.force[0]) && isfinite(result.wrench.torque[2]));
     }
 }

@@ -11,10 +11,11 @@ static uint8_t memory[1 << 20] __attribute__((aligned(64)));
 static vxs_contact_result evaluate(const vxs_voxmap *map, const vxs_pointshell *shell, const vxs_pose *pose,
                                    const vxs_contact_config *config)
 {
-    vxs_contact_scratch *scratch;
+    vxs_contact *contact;
     vxs_contact_result result;
-    CHECK_INT(vxs_contact_init(memory, sizeof memory, shell->point_count, &scratch), VXS_OK);
-    CHECK_INT(vxs_contact_evaluate(map, NULL, shell, pose, config, scratch, &result), result.flags);
+    const vxs_contact_static statics = {map, NULL};
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, shell, 1, &contact), VXS_OK);
+    CHECK_INT(vxs_contact_evaluate(contact, &statics, 1, pose, config, &result), result.flags);
     return result;
 }
 
@@ -112,10 +113,11 @@ static void check_map_pose(void)
     vxs_contact_config config = config_of(VXS_CONTACT_AVERAGE, VXS_CONTACT_COUNT, 2000);
     vxs_pose turn = {{0.5, -2, 0.1}, {1, 0, 0, 1}}, local = at(0.0002, 0.0002, 0), pose;
     CHECK(vxs_pose_compose(&turn, &local, &pose));
-    vxs_contact_scratch *scratch;
+    vxs_contact *contact;
     vxs_contact_result r;
-    CHECK_INT(vxs_contact_init(memory, sizeof memory, 1, &scratch), VXS_OK);
-    CHECK_INT(vxs_contact_evaluate(&map, &turn, &shell, &pose, &config, scratch, &r), 0);
+    vxs_contact_static statics = {&map, &turn};
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, 1, &contact), VXS_OK);
+    CHECK_INT(vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &r), 0);
     CHECK_INT(r.points, 1);
     CHECK_NEAR(r.wrench.force[0], -0.6, 1e-9); /* +y turned to -x */
     CHECK_NEAR(r.wrench.force[1], 0, 1e-12);
@@ -123,7 +125,8 @@ static void check_map_pose(void)
     CHECK_NEAR(r.wrench.torque[1], -0.002 * 0.6, 1e-8); /* -x turned to -y */
     CHECK_NEAR(r.wrench.torque[2], 0.01 * 0.6, 1e-8);
     vxs_pose bad = {{0, 0, 0}, {0, 0, 0, 0}};
-    CHECK_INT(vxs_contact_evaluate(&map, &bad, &shell, &pose, &config, scratch, &r), VXS_CONTACT_INVALID);
+    statics.pose = &bad;
+    CHECK_INT(vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &r), VXS_CONTACT_INVALID);
     check_zero(&r);
     built_free(&map_bytes);
     built_free(&tip_bytes);
@@ -289,16 +292,21 @@ static void check_bad_input(void)
     CHECK(whole.points > 30 && whole.wrench.force[0] > 0);
     CHECK(whole.flags & VXS_CONTACT_DEEP);
 
-    /* A scratch for fewer points: told, never silent. */
-    vxs_contact_scratch *scratch;
+    /* More hits than points, since the statics overlap: told, never silent. */
+    vxs_contact *contact;
     vxs_contact_result r;
-    CHECK_INT(vxs_contact_init(memory, vxs_contact_memory(7), 7, &scratch), VXS_OK);
-    vxs_contact_evaluate(&map, NULL, &shell, &pose, &config, scratch, &r);
+    enum { STATICS = 200 };
+    vxs_contact_static statics[STATICS];
+    for (int n = 0; n < STATICS; n++) statics[n] = (vxs_contact_static){&map, NULL};
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, STATICS, &contact), VXS_OK);
+    vxs_contact_evaluate(contact, statics, STATICS, &pose, &config, &r);
     CHECK(r.flags & VXS_CONTACT_OVERFLOW);
-    CHECK_INT(r.points, 7);
-    CHECK_INT(vxs_contact_init(memory, vxs_contact_memory(7) - 1, 7, &scratch), VXS_BUFFER);
-    CHECK_INT(vxs_contact_init(memory + 1, sizeof memory - 1, 7, &scratch), VXS_BUFFER);
-    CHECK_INT(vxs_contact_init(NULL, 0, 7, &scratch), VXS_PARAM);
+    CHECK_INT(r.points, shell.point_count);
+    CHECK_INT(vxs_contact_init(memory, vxs_contact_memory(&shell, 2) - 1, &shell, 2, &contact), VXS_BUFFER);
+    CHECK_INT(vxs_contact_init(memory + 1, sizeof memory - 1, &shell, 1, &contact), VXS_BUFFER);
+    CHECK_INT(vxs_contact_init(NULL, 0, &shell, 1, &contact), VXS_PARAM);
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, 0, &contact), VXS_PARAM);
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, VXS_CONTACT_MAX_STATICS + 1, &contact), VXS_PARAM);
 
     vxs_contact_config odd = config;
     odd.struct_size--;

@@ -32,13 +32,14 @@ static vxs_contact_result touch(double h, const int64_t shift[3])
     vxs_contact_config config;
     vxs_contact_config_default(&config);
     config.stiffness = 1 / h;
-    vxs_contact_scratch *scratch;
+    vxs_contact *contact;
+    const vxs_contact_static statics = {&map, NULL};
     vxs_contact_result result;
-    CHECK_INT(vxs_contact_init(memory, sizeof memory, shell.point_count, &scratch), VXS_OK);
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, 1, &contact), VXS_OK);
     vxs_pose pose = {
         {h * ((double)shift[0] + 0.31), h * ((double)shift[1] + 20.1), h * ((double)shift[2] - 0.27)},
         {0.9, 0.1, 0.2, -0.3}};
-    vxs_contact_evaluate(&map, NULL, &shell, &pose, &config, scratch, &result);
+    vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result);
     built_free(&map_bytes);
     built_free(&bytes);
     return result;

@@ -288,7 +288,7 @@ static void check_config(void)
     size_t size = vxs_servo_memory(&b.servo_config);
     CHECK_INT(vxs_servo_init(b.servo_memory, size - 1, &b.servo_config, &servo), VXS_BUFFER);
     vxs_servo_config config = b.servo_config;
-    config.map = NULL;
+    config.shell = NULL;
     CHECK_INT(vxs_servo_init(b.servo_memory, size, &config, &servo), VXS_PARAM);
     CHECK_INT(vxs_servo_memory(&config), 0);
     config = b.servo_config;

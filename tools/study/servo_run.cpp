@@ -113,12 +113,13 @@ private:
     Memory memory_;
 };
 
-vxs_servo_config servo_of(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell,
+vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &statics, const vxs_pointshell &shell,
                           const vxs_device_caps &caps)
 {
     vxs_servo_config config;
     vxs_servo_config_default(&config);
-    config.map = &map;
+    config.statics = &statics;
+    config.static_count = 1;
     config.shell = &shell;
     config.contact = contact_of(scene);
     config.coupling = coupling_of(scene);
@@ -329,7 +330,8 @@ ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_poin
 {
     const std::uint64_t ticks = ticks_of(scene, options.seconds);
     const Simulated simulated(scene, options.device);
-    const Servo servo(servo_of(scene, map, shell, simulated.device->caps));
+    const vxs_contact_static statics{&map, nullptr};
+    const Servo servo(servo_of(scene, statics, shell, simulated.device->caps));
     check(vxs_device_arm(simulated.device), options.device);
     progress.stage("servo", ticks);
     ServoRun run;
@@ -343,12 +345,13 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
 {
     const std::uint64_t ticks = std::min<std::uint64_t>(ticks_of(scene, options.seconds), 100'000);
     const Simulated simulated(scene, options.device);
-    const vxs_servo_config config = servo_of(scene, map, shell, simulated.device->caps);
+    const vxs_contact_static statics{&map, nullptr};
+    const vxs_servo_config config = servo_of(scene, statics, shell, simulated.device->caps);
     const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);
-    const Memory room(vxs_contact_memory(shell.point_count)), filter(vxs_coupling_memory());
-    vxs_contact_scratch *scratch = nullptr;
-    check(vxs_contact_init(room.get(), room.size(), shell.point_count, &scratch), "contact");
+    const Memory room(vxs_contact_memory(&shell, 1)), filter(vxs_coupling_memory());
+    vxs_contact *engine = nullptr;
+    check(vxs_contact_init(room.get(), room.size(), &shell, 1, &engine), "contact");
     vxs_coupling *coupling = nullptr;
     check(vxs_coupling_init(filter.get(), filter.size(), &config.coupling, &coupling), "coupling");
 
@@ -364,7 +367,7 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
 
         vxs_contact_result result;
         begin = Clock::now();
-        vxs_contact_evaluate(&map, nullptr, &shell, &state.pose, &config.contact, scratch, &result);
+        vxs_contact_evaluate(engine, config.statics, config.static_count, &state.pose, &config.contact, &result);
         contact.push_back(ns_since(begin));
 
         vxs_wrench out;

@@ -18,7 +18,9 @@
  *
  *     vxs_servo_config config;
  *     vxs_servo_config_default(&config);
- *     config.map = &map;
+ *     vxs_contact_static statics = {&map, NULL};
+ *     config.statics = &statics;
+ *     config.static_count = 1;
  *     config.shell = &shell;
  *     config.max_force = device->caps.peak_force;
  *     void *memory = aligned_alloc(64, vxs_servo_memory(&config));
@@ -54,14 +56,13 @@ enum {
     VXS_SERVO_FAULT = 1 << 16             /* latched zero force until vxs_servo_clear() */
 };
 
-/* Config. map and shell are borrowed until the servo's last tick. */
+/* Config. statics, their maps and shell are borrowed until the servo's last tick. */
 typedef struct vxs_servo_config {
     uint32_t struct_size;
-    uint32_t reserved;
-    const vxs_voxmap *map;       /* the static scene */
-    const vxs_pointshell *shell; /* the dynamic object */
-    vxs_pose map_pose;           /* map -> scene; default identity */
-    vxs_pose mount;              /* device frame -> scene frame; default identity */
+    uint32_t static_count;
+    const vxs_contact_static *statics; /* the static scene; poses may change between ticks */
+    const vxs_pointshell *shell;       /* the dynamic object */
+    vxs_pose mount;                    /* device frame -> scene frame; default identity */
     vxs_pose grip; /* shell -> device tip, scene metres; default identity. Torque is about the tip:
                       contact.reference is set from it */
     double scale;  /* scene metres per device metre, > 0; default 1 */

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What the instruction sets of contact share: three steps, each the same to the last bit in every
+ * kernel. cull: how far bounding spheres are from anything. probe: which points are in which cells,
+ * in float32 (contact.h says how it is rounded). mean and sum: over the points found, in double, in four
+ * interleaved sums (hit n goes to sum n mod 4) that are added as (0 + 1) + (2 + 3).
+ */
+#ifndef VXSI_CONTACT_KERNEL_H
+#define VXSI_CONTACT_KERNEL_H
+
+#include "voxshell/contact.h"
+
+/* The shell's motion in cells of a map's box, float32, and what rounding can cost. */
+typedef struct vxsi_motion {
+    float m[9], b[3];
+    float scale;  /* cells per metre, rounded up */
+    float margin; /* [cells] bounds the rounding of any u of the shell, and more */
+} vxsi_motion;
+
+/* What the probe does with a point that is not in a free cell. */
+enum {
+    VXSI_TAKE_AREA = 1,     /* keep areas too */
+    VXSI_TAKE_INTERIOR = 2, /* points in interior cells are hits; else they are only counted */
+    VXSI_TAKE_NORMAL = 4
+};
+
+/* Points found, structure of arrays, in point order. Each array has room for capacity + 8. */
+typedef struct vxsi_hits {
+    float *x, *y, *z, *nx, *ny, *nz, *area; /* shell frame; the last four only if taken */
+    int32_t *i, *j, *k;                     /* cell relative to the box */
+    uint8_t *patch;
+    uint32_t capacity, count;
+    uint32_t deep_count; /* points in interior cells that are no hits */
+    uint32_t overflow;   /* not 0: a hit found no room */
+    uint32_t take;
+    const uint8_t (*order)[8]; /* order[m]: the places of m's set bits, for kernels of eight lanes */
+} vxsi_hits;
+
+/* Bounding spheres in the shell's frame [m]; arrays are padded to a multiple of 8. */
+typedef struct vxsi_spheres {
+    float *x, *y, *z, *radius;
+    uint32_t count;
+} vxsi_spheres;
+
+enum { VXSI_BATCH = 64 };
+
+/* What is known of up to 64 spheres; bit n and slack[n] belong to sphere first + n. */
+typedef struct vxsi_verdict {
+    uint64_t is_free;        /* meets free cells only, */
+    uint64_t is_deep;        /* or interior cells only; neither: look */
+    float slack[VXSI_BATCH]; /* by how much [cells] the sphere could grow and that would stay so */
+} vxsi_verdict;
+
+/* Judges spheres first .. first + 63, at least those in `wanted`; what it says of others may be nothing. */
+typedef void vxsi_cull(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted,
+                       const vxsi_motion *motion, vxsi_verdict *verdict);
+
+/* Appends what points first .. last - 1 (first a multiple of 8) find. */
+typedef void vxsi_probe(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
+                        uint32_t first, uint32_t last, vxsi_hits *hits);
+
+/* Which hits, and where the map is to the shell: cell centre C = h (cell + 1/2), p = R x + t. */
+typedef struct vxsi_span {
+    uint32_t first, last;
+    int patch; /* -1: all */
+    int has_area;
+    double voxel, rotation[9], offset[3]; /* R, t [m]: shell to the box's corner */
+} vxsi_span;
+
+/* Sum of the normals and number of the hits. */
+typedef void vxsi_mean(const vxsi_hits *hits, const vxsi_span *span, double sum[3], double *count);
+
+/* Of forces along one unit normal n (shell frame), or along each point's own: w = d (or d times area),
+ *   common: weight = sum w, moment = sum w x;   own: force = sum w n, moment = sum w (x - o) x n. */
+typedef struct vxsi_total {
+    double weight, force[3], moment[3], depth;
+} vxsi_total;
+typedef void vxsi_sum_common(const vxsi_hits *hits, const vxsi_span *span, const double normal[3],
+                             vxsi_total *total);
+typedef void vxsi_sum_own(const vxsi_hits *hits, const vxsi_span *span, const double reference[3],
+                          vxsi_total *total);
+
+typedef struct vxsi_kernel {
+    vxsi_cull *cull;
+    vxsi_probe *probe;
+    vxsi_mean *mean;
+    vxsi_sum_common *sum_common;
+    vxsi_sum_own *sum_own;
+} vxsi_kernel;
+
+extern const vxsi_kernel vxsi_kernel_scalar;
+#if defined(__x86_64__)
+extern const vxsi_kernel vxsi_kernel_avx2;
+#elif defined(__aarch64__)
+extern const vxsi_kernel vxsi_kernel_neon;
+#endif
+vxsi_cull vxsi_cull_scalar;
+vxsi_probe vxsi_probe_scalar;
+
+#endif
