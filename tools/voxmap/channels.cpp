@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 namespace voxshell {
 namespace {
+
+__extension__ typedef __int128 Wide;
 
 using Vec = std::array<double, 3>; ///< in cells, relative to a brick's minimum corner
 
@@ -53,113 +56,264 @@ Vec minus(const Vec &a, const Vec &b)
 {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
+Vec times(double a, const Vec &b)
+{
+    return {a * b[0], a * b[1], a * b[2]};
+}
 Vec cross(const Vec &a, const Vec &b)
 {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
+double norm1(const Vec &a)
+{
+    return std::abs(a[0]) + std::abs(a[1]) + std::abs(a[2]);
+}
 
-/// A triangle ready for many point distances. Coordinates in cells relative to a brick's minimum corner.
-struct Facet {
-    std::array<Vec, 3> vertex, edge, side;   ///< side[e]: in the plane, normal to edge e, pointing inwards
-    std::array<double, 3> inverse_length2{}; ///< of the edges; 0 where the edge is a point
-    Vec normal{};                            ///< unit; zero for a degenerate triangle
-    double not_flat = -1; ///< 0 for a triangle with a plane: no point is inside of a degenerate one
-    Vec low, high;
-
-    Facet(const LatticeMesh &mesh, std::uint32_t triangle, const Cell &corner)
-    {
-        for (std::size_t v = 0; v < 3; ++v)
-            for (std::size_t a = 0; a < 3; ++a)
-                vertex[v][a] = static_cast<double>(mesh.vertices[mesh.triangles[triangle][v]][a] -
-                                                   (corner[a] << lattice_bits)) *
-                               0x1p-16;
-        for (std::size_t a = 0; a < 3; ++a) {
-            low[a] = std::min({vertex[0][a], vertex[1][a], vertex[2][a]});
-            high[a] = std::max({vertex[0][a], vertex[1][a], vertex[2][a]});
-        }
-        for (std::size_t e = 0; e < 3; ++e) {
-            edge[e] = minus(vertex[(e + 1) % 3], vertex[e]);
-            const double length2 = dot(edge[e], edge[e]);
-            if (length2 > 0) inverse_length2[e] = 1 / length2;
-        }
-        const Vec cross_edges = cross(edge[0], edge[1]);
-        const double length = std::sqrt(dot(cross_edges, cross_edges));
-        if (length > 0) {
-            normal = {cross_edges[0] / length, cross_edges[1] / length, cross_edges[2] / length};
-            not_flat = 0;
-        }
-        for (std::size_t e = 0; e < 3; ++e) side[e] = cross(normal, edge[e]);
-    }
-};
-
-// The row loop is worth wider registers; without contraction every clone computes the same bits. Sanitizers
-// run before the dynamic linker's choice of a clone is safe.
+// The loops over rows and cells are worth wider registers; without contraction every clone computes the same
+// bits. Sanitizers run before the dynamic linker's choice of a clone is safe.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define VXS_CLONES __attribute__((target_clones("avx2", "default")))
 #else
 #define VXS_CLONES
 #endif
 
-/// Lowers the squared distances of the eight cell centres (x, y, k + 1/2). Without branches: eight at a time.
-VXS_CLONES void lower_row(const Facet &__restrict f, double x, double y, double *__restrict row)
-{
-    for (int k = 0; k < 8; ++k) {
-        const double z = k + 0.5;
-        double inner = f.not_flat, nearest = row[k];
+/// A triangle ready for many point distances. Coordinates in cells relative to a brick's minimum corner.
+///
+/// Over the plane a point has a height, and towards each edge a depth: how far its foot lies inside. The
+/// nearest point of the triangle is the foot if no depth is negative, and on an edge of negative depth
+/// otherwise; so height^2 + min(depth, 0)^2 bounds the squared distance from below.
+struct Facet {
+    std::array<Vec, 3> vertex, edge, inward; ///< inward[e]: unit, in the plane, normal to edge e
+    std::array<double, 3> inverse_length2{}; ///< of the edges; 0 where the edge is a point
+    Vec normal{};                            ///< unit; zero, as inward, for a degenerate triangle
+    double foot = 0;    ///< least depth of a foot that counts: infinite for a degenerate triangle
+    double apart2 = 0;  ///< lower bound of the squared distance of all cell centres of the brick,
+    double middle2 = 0; ///< and of its middle
+
+    /// `corner` in lattice units.
+    explicit Facet(const std::array<LatticePoint, 3> &corner)
+    {
+        for (std::size_t v = 0; v < 3; ++v)
+            for (std::size_t a = 0; a < 3; ++a) vertex[v][a] = static_cast<double>(corner[v][a]) * 0x1p-16;
         for (std::size_t e = 0; e < 3; ++e) {
-            const double dx = x - f.vertex[e][0], dy = y - f.vertex[e][1], dz = z - f.vertex[e][2];
-            const double t0 =
-                (dx * f.edge[e][0] + dy * f.edge[e][1] + dz * f.edge[e][2]) * f.inverse_length2[e];
-            const double t1 = t0 < 0 ? 0 : t0, t = t1 > 1 ? 1 : t1;
-            const double rx = dx - t * f.edge[e][0], ry = dy - t * f.edge[e][1], rz = dz - t * f.edge[e][2];
-            const double d2 = rx * rx + ry * ry + rz * rz;
-            nearest = d2 < nearest ? d2 : nearest;
-            const double s = dx * f.side[e][0] + dy * f.side[e][1] + dz * f.side[e][2];
-            inner = s < inner ? s : inner;
+            edge[e] = minus(vertex[(e + 1) % 3], vertex[e]);
+            const double length2 = dot(edge[e], edge[e]);
+            if (length2 > 0) inverse_length2[e] = 1 / length2;
         }
-        const double height = (x - f.vertex[0][0]) * f.normal[0] + (y - f.vertex[0][1]) * f.normal[1] +
-                              (z - f.vertex[0][2]) * f.normal[2];
-        const double plane2 = height * height;
-        const double over = inner < 0 ? nearest : plane2;
-        row[k] = over < nearest ? over : nearest;
+        // In integers: a sliver's normal, too, is good to the last bits.
+        Vec area;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+            area[a] = static_cast<double>(
+                static_cast<Wide>(corner[1][b] - corner[0][b]) * (corner[2][c] - corner[1][c]) -
+                static_cast<Wide>(corner[1][c] - corner[0][c]) * (corner[2][b] - corner[1][b]));
+        }
+        const double length = std::sqrt(dot(area, area));
+        if (length > 0)
+            normal = {area[0] / length, area[1] / length, area[2] / length};
+        else
+            foot = INFINITY;
+
+        const Vec middle{4, 4, 4};
+        double outside = 0, outside_middle = 0;
+        for (std::size_t e = 0; e < 3; ++e) {
+            inward[e] = times(std::sqrt(inverse_length2[e]), cross(normal, edge[e]));
+            const double depth = dot(inward[e], minus(middle, vertex[e]));
+            outside = std::min(outside, depth + 3.5 * norm1(inward[e]));
+            outside_middle = std::min(outside_middle, depth);
+        }
+        const double height = std::abs(dot(normal, minus(middle, vertex[0]))),
+                     clear = std::max(0.0, height - 3.5 * norm1(normal));
+        apart2 = clear * clear + outside * outside;
+        middle2 = height * height + outside_middle * outside_middle;
+    }
+};
+
+/// Squared distances [cells^2] of a brick's cell centres from what was seen so far, at most the band's.
+struct Nearest {
+    std::array<double, 512> d2;
+    std::array<double, 64> row; ///< the largest of each row along k
+
+    explicit Nearest(double band)
+    {
+        d2.fill(band * band);
+        row.fill(band * band);
+    }
+};
+
+/// Bounds are a hair smaller than computed: what they spare lies farther whatever was rounded.
+constexpr double surely = 1 - 1e-9;
+
+/// Rows along k (bit 8 i + j) of which some cell may be nearer to the facet than to what was seen so far.
+inline std::uint64_t near_rows(const Facet &f, const Nearest &nearest)
+{
+    static constexpr std::uint64_t lane[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+    std::uint64_t out = 0;
+    for (std::size_t i = 0; i < 8; ++i) {
+        const double x = static_cast<double>(i) + 0.5;
+        std::uint64_t bits = 0;
+        for (int j = 0; j < 8; ++j) {
+            const double y = j + 0.5;
+            const double first = (x - f.vertex[0][0]) * f.normal[0] + (y - f.vertex[0][1]) * f.normal[1] +
+                                 (0.5 - f.vertex[0][2]) * f.normal[2];
+            const double last = first + 7 * f.normal[2], a = std::abs(first), b = std::abs(last);
+            const double height = first * last <= 0 ? 0 : a < b ? a : b;
+            double outside = 0;
+            for (std::size_t e = 0; e < 3; ++e) {
+                const double begin = (x - f.vertex[e][0]) * f.inward[e][0] +
+                                     (y - f.vertex[e][1]) * f.inward[e][1] +
+                                     (0.5 - f.vertex[e][2]) * f.inward[e][2];
+                const double end = begin + 7 * f.inward[e][2], most = begin > end ? begin : end;
+                outside = most < outside ? most : outside;
+            }
+            const double bound = height * height + outside * outside;
+            bits |= bound * surely < nearest.row[8 * i + static_cast<std::size_t>(j)] ? lane[j] : 0;
+        }
+        out |= bits << (8 * i);
+    }
+    return out;
+}
+
+/// Lowers the squared distances of the eight cell centres (x, y, k + 1/2) by those from an edge.
+inline void lower_by_edge(const Facet &f, std::size_t e, double x, double y, double *row)
+{
+    const Vec edge = f.edge[e], from = f.vertex[e];
+    const double dx = x - from[0], dy = y - from[1], inverse = f.inverse_length2[e];
+#pragma GCC unroll 1
+    for (int k = 0; k < 8; ++k) {
+        const double dz = k + 0.5 - from[2];
+        const double t0 = (dx * edge[0] + dy * edge[1] + dz * edge[2]) * inverse;
+        const double t1 = t0 < 0 ? 0 : t0, t = t1 > 1 ? 1 : t1;
+        const double rx = dx - t * edge[0], ry = dy - t * edge[1], rz = dz - t * edge[2];
+        const double d2 = rx * rx + ry * ry + rz * rz;
+        row[k] = d2 < row[k] ? d2 : row[k];
     }
 }
 
-/// Lowers `best` (squared, in cells) wherever the facet is nearer than what stands there.
-void lower_distances(const Facet &f, double band, std::array<double, 512> &best)
+/// Lowers what was seen so far by one facet. The loops over eight cells are free of branches.
+VXS_CLONES void lower(const Facet &__restrict f, Nearest &__restrict nearest)
 {
-    // Lower bounds, of the plane and of the box, spare most facets and rows the exact distance: first for the
-    // brick.
-    double box2 = 0;
-    for (std::size_t a = 0; a < 3; ++a) {
-        const double gap = std::max({f.low[a] - 7.5, 0.5 - f.high[a], 0.0});
-        box2 += gap * gap;
+    for (std::uint64_t left = near_rows(f, nearest); left; left &= left - 1) {
+        const int r = std::countr_zero(left);
+        const double x = (r >> 3) + 0.5, y = (r & 7) + 0.5;
+        double *const row = nearest.d2.data() + 8 * r;
+        std::uint64_t nearer = 0; // bit e: some cell may be nearest to edge e; bit 3: or to any of the facet
+        for (int k = 0; k < 8; ++k) {
+            const double z = k + 0.5;
+            const double height = (x - f.vertex[0][0]) * f.normal[0] + (y - f.vertex[0][1]) * f.normal[1] +
+                                  (z - f.vertex[0][2]) * f.normal[2];
+            std::uint64_t edges = 8;
+            double least = 0;
+            for (std::size_t e = 0; e < 3; ++e) {
+                const double depth = (x - f.vertex[e][0]) * f.inward[e][0] +
+                                     (y - f.vertex[e][1]) * f.inward[e][1] +
+                                     (z - f.vertex[e][2]) * f.inward[e][2];
+                edges |= depth < f.foot ? std::uint64_t{1} << e : 0;
+                least = depth < least ? depth : least;
+            }
+            const double plane2 = height * height;
+            nearer |= (plane2 + least * least) * surely < row[k] ? edges : 0;
+            const double over = least < f.foot ? row[k] : plane2;
+            row[k] = over < row[k] ? over : row[k];
+        }
+        if (!nearer) continue;
+        for (std::size_t e = 0; e < 3; ++e)
+            if (nearer >> e & 1) lower_by_edge(f, e, x, y, row);
+        double most = row[0];
+        for (int k = 1; k < 8; ++k) most = row[k] > most ? row[k] : most;
+        nearest.row[r] = most;
     }
-    const double spread = 3.5 * (std::abs(f.normal[0]) + std::abs(f.normal[1]) + std::abs(f.normal[2]));
-    const double middle = std::abs(dot(f.normal, minus({4, 4, 4}, f.vertex[0]))) - spread;
-    if (box2 >= band * band || middle >= band) return;
-    std::array<std::array<double, 8>, 2> gap2;
-    for (std::size_t a = 0; a < 2; ++a)
-        for (int c = 0; c < 8; ++c) {
-            const double gap = std::max({f.low[a] - (c + 0.5), c + 0.5 - f.high[a], 0.0});
-            gap2[a][static_cast<std::size_t>(c)] = gap * gap;
+}
+
+/// The triangles around a brick.
+class Surroundings {
+  public:
+    Surroundings(const LatticeMesh &mesh, const BrickTriangles &binned, double band)
+        : mesh_(mesh), binned_(binned), band2_(band * band)
+    {
+    }
+
+    /// Lowers `nearest` for the brick at `corner` [cells].
+    void lower(const Cell &corner, Nearest &nearest)
+    {
+        collect(corner);
+        order_.resize(facets_.size());
+        std::iota(order_.begin(), order_.end(), 0u);
+        // Nearest first: it spares the others most.
+        std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return std::pair{facets_[a].middle2, a} < std::pair{facets_[b].middle2, b};
+        });
+        for (const std::uint32_t f : order_) voxshell::lower(facets_[f], nearest);
+    }
+
+  private:
+    /// Facets that may be nearer than the band to a cell centre.
+    void collect(const Cell &corner)
+    {
+        near_.clear();
+        BrickAt at; // in the binning's coordinates
+        for (int a = 0; a < 3; ++a) at[a] = static_cast<std::int32_t>((corner[a] - binned_.origin[a]) / 8);
+        for (int i = -1; i <= 1; ++i)
+            for (int j = -1; j <= 1; ++j) {
+                const BrickAt first{at[0] + i, at[1] + j, at[2] - 1};
+                for (auto it = std::lower_bound(binned_.bricks.begin(), binned_.bricks.end(), first);
+                     it != binned_.bricks.end() && (*it)[0] == first[0] && (*it)[1] == first[1] &&
+                     (*it)[2] <= at[2] + 1;
+                     ++it) {
+                    const auto triangles = binned_.of(static_cast<std::size_t>(it - binned_.bricks.begin()));
+                    near_.insert(near_.end(), triangles.begin(), triangles.end());
+                }
+            }
+        std::sort(near_.begin(), near_.end());
+        near_.erase(std::unique(near_.begin(), near_.end()), near_.end());
+
+        facets_.clear();
+        for (const std::uint32_t t : near_) {
+            std::array<LatticePoint, 3> v;
+            double box2 = 0;
+            for (std::size_t a = 0; a < 3; ++a) {
+                for (std::size_t c = 0; c < 3; ++c)
+                    v[c][a] = mesh_.vertices[mesh_.triangles[t][c]][a] - (corner[a] << lattice_bits);
+                const auto [low, high] = std::minmax({v[0][a], v[1][a], v[2][a]});
+                const double gap = // from the box of the cells' centres
+                    std::max({static_cast<double>(low) * 0x1p-16 - 7.5,
+                              0.5 - static_cast<double>(high) * 0x1p-16, 0.0});
+                box2 += gap * gap;
+            }
+            if (box2 >= band2_) continue;
+            const Facet facet(v);
+            if (facet.apart2 < band2_) facets_.push_back(facet);
         }
-    const double end_gap = std::max({f.low[2] - 7.5, 0.5 - f.high[2], 0.0});
-    for (std::size_t i = 0; i < 8; ++i)
-        for (std::size_t j = 0; j < 8; ++j) {
-            const double side2 = gap2[0][i] + gap2[1][j] + end_gap * end_gap;
-            if (side2 >= band * band) continue;
-            const double x = static_cast<double>(i) + 0.5, y = static_cast<double>(j) + 0.5;
-            const double first = (x - f.vertex[0][0]) * f.normal[0] + (y - f.vertex[0][1]) * f.normal[1] +
-                                 (0.5 - f.vertex[0][2]) * f.normal[2];
-            const double last = first + 7 * f.normal[2];
-            const double plane = first * last <= 0 ? 0 : std::min(std::abs(first), std::abs(last));
-            double *row = best.data() + 64 * i + 8 * j;
-            const double bound = std::max(plane * plane, side2);
-            double worst = row[0];
-            for (int k = 1; k < 8; ++k) worst = std::max(worst, row[k]);
-            if (bound < worst) lower_row(f, x, y, row);
+    }
+
+    const LatticeMesh &mesh_;
+    const BrickTriangles &binned_;
+    double band2_;
+    std::vector<std::uint32_t> near_, order_;
+    std::vector<Facet> facets_;
+};
+
+/// Distances in steps, negative inside. Whether one of them is within the band.
+VXS_CLONES bool quantise(const Nearest &nearest, const CellMask &inside, double steps_per_cell, double most,
+                         std::array<std::int16_t, 512> &out)
+{
+    static constexpr std::int16_t lane[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+    constexpr double to_even = 0x1.8p52; // added and taken away, rounds to the nearest integer
+    std::int32_t least = INT16_MAX;
+    for (std::size_t c = 0; c < 512; ++c) {
+        const double d = std::sqrt(nearest.d2[c]) * steps_per_cell + to_even - to_even;
+        const std::int32_t n = static_cast<std::int32_t>(d < most ? d : most);
+        least = n < least ? n : least;
+        out[c] = static_cast<std::int16_t>(n);
+    }
+    for (std::size_t r = 0; r < 64; ++r) {
+        const auto row = static_cast<std::int16_t>(inside[r >> 3] >> (8 * (r & 7)) & 0xff);
+        for (std::size_t k = 0; k < 8; ++k) {
+            std::int16_t &d = out[8 * r + k];
+            d = static_cast<std::int16_t>(row & lane[k] ? -d : d);
         }
+    }
+    return least < static_cast<std::int32_t>(most);
 }
 
 /// Which cells' centres are inside: by state, and for surface cells by their winding.
@@ -222,49 +376,21 @@ void make_distance(const Cells &cells, const LatticeMesh &mesh, const BrickTrian
     progress.stage("distance", cells.bricks.size());
     for (std::size_t begin = 0; begin < cells.bricks.size(); begin += portion) {
         const std::size_t end = std::min(cells.bricks.size(), begin + portion);
-        tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(begin, end, 64),
-            [&](const tbb::blocked_range<std::size_t> &range) {
-                progress.check();
-                std::vector<std::uint32_t> near;
-                for (std::size_t b = range.begin(); b != range.end(); ++b) {
-                    const Brick &brick = cells.bricks[b];
-                    Cell corner;
-                    BrickAt source; // the brick in the binning's coordinates
-                    for (int a = 0; a < 3; ++a) {
-                        corner[a] = cells.origin[a] + 8 * std::int64_t{brick.at[a]};
-                        source[a] = static_cast<std::int32_t>((corner[a] - binned.origin[a]) / 8);
-                    }
-                    near.clear();
-                    for (int i = -1; i <= 1; ++i)
-                        for (int j = -1; j <= 1; ++j) {
-                            const BrickAt first{source[0] + i, source[1] + j, source[2] - 1};
-                            for (auto it =
-                                     std::lower_bound(binned.bricks.begin(), binned.bricks.end(), first);
-                                 it != binned.bricks.end() && (*it)[0] == first[0] && (*it)[1] == first[1] &&
-                                 (*it)[2] <= source[2] + 1;
-                                 ++it) {
-                                const auto triangles =
-                                    binned.of(static_cast<std::size_t>(it - binned.bricks.begin()));
-                                near.insert(near.end(), triangles.begin(), triangles.end());
-                            }
-                        }
-                    std::sort(near.begin(), near.end());
-                    near.erase(std::unique(near.begin(), near.end()), near.end());
-
-                    std::array<double, 512> best;
-                    best.fill(band * band);
-                    for (const std::uint32_t t : near) lower_distances(Facet(mesh, t, corner), band, best);
-
-                    for (std::size_t c = 0; c < 512; ++c) {
-                        const double d = std::min(std::nearbyint(std::sqrt(best[c]) * (steps / band)), steps);
-                        fresh[b - begin][c] =
-                            static_cast<std::int16_t>(inside[b][c >> 6] >> (c & 63) & 1 ? -d : d);
-                        if (d < steps) silent[b] = 0;
-                    }
-                }
-                progress.advance(range.size());
-            });
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(begin, end, 64),
+                          [&](const tbb::blocked_range<std::size_t> &range) {
+                              progress.check();
+                              Surroundings surroundings(mesh, binned, band);
+                              for (std::size_t b = range.begin(); b != range.end(); ++b) {
+                                  Cell corner;
+                                  for (int a = 0; a < 3; ++a)
+                                      corner[a] = cells.origin[a] + 8 * std::int64_t{cells.bricks[b].at[a]};
+                                  Nearest nearest(band);
+                                  surroundings.lower(corner, nearest);
+                                  if (quantise(nearest, inside[b], steps / band, steps, fresh[b - begin]))
+                                      silent[b] = 0;
+                              }
+                              progress.advance(range.size());
+                          });
         for (std::size_t b = begin; b < end; ++b)
             if (!silent[b]) out.distance.push_back(fresh[b - begin]);
     }
