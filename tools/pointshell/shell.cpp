@@ -56,6 +56,7 @@ class Maker {
 
   private:
     void find_pieces(const Brick &brick, const Cell &corner, Scratch &scratch) const;
+    Vec inward(const Side &side, std::span<const Piece> pieces, const Cell &cell) const;
     ShellPoint point(const Side &side, const Cell &cell, Portion &out) const;
 
     const LatticeMesh &mesh_;
@@ -92,6 +93,24 @@ void Maker::find_pieces(const Brick &brick, const Cell &corner, Scratch &scratch
                                          static_cast<std::uint16_t>(i << 6 | jk)});
             }
     }
+}
+
+// The side's normal, led into the solid where one of the faces that its point lies on asks for it.
+Vec Maker::inward(const Side &side, std::span<const Piece> pieces, const Cell &cell) const
+{
+    const Vec &point = side.nearest->point;
+    const auto asks = [&](const Piece &piece) {
+        return has_plane(piece) && dot(piece.normal, side.inward) > -grazing;
+    };
+    if (std::none_of(pieces.begin(), pieces.end(), asks)) return side.inward;
+    std::vector<CellTriangle> facets;
+    for (const Piece &piece : pieces) {
+        if (!has_plane(piece) || std::abs(dot(piece.normal, piece.point - point)) > on_facet) continue;
+        const CellTriangle facet = seen_from(cell, triangle_of(mesh_, piece.triangle));
+        const Vec off = point - nearest_on_triangle(facet, point);
+        if (dot(off, off) <= on_facet * on_facet) facets.push_back(facet);
+    }
+    return into_solid(side.inward, point, facets);
 }
 
 // The float nearest to `x` that lies in [low, high], or the nearest of all where the cell is too small for
@@ -150,7 +169,9 @@ void Maker::brick(std::size_t index, Scratch &scratch, Portion &out) const
         const Cell cell{corner[0] + (c >> 6), corner[1] + (c >> 3 & 7), corner[2] + (c & 7)};
         const Sides sides = sides_of(pieces);
         for (int s = 0; s < sides.count; ++s) {
-            ShellPoint p = point(sides.side[s], cell, out);
+            Side side = sides.side[s];
+            side.inward = inward(side, pieces, cell);
+            ShellPoint p = point(side, cell, out);
             p.brick = static_cast<std::uint32_t>(index);
             p.cell = c;
             out.points.push_back(p);

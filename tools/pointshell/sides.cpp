@@ -17,11 +17,6 @@ double length(const Vec &v)
 {
     return std::sqrt(dot(v, v));
 }
-bool has_plane(const Piece &piece)
-{
-    return piece.normal[0] != 0 || piece.normal[1] != 0 || piece.normal[2] != 0;
-}
-
 // Eigenvector of the largest eigenvalue of a symmetric matrix (xx yy zz xy xz yz), by Jacobi rotations.
 Vec principal_axis(const std::array<double, 6> &m)
 {
@@ -53,6 +48,12 @@ Vec principal_axis(const std::array<double, 6> &m)
     return {v[0][best], v[1][best], v[2][best]};
 }
 
+bool nearer(const Piece *a, const Piece *b) // than none, too
+{
+    if (!a || !b) return a;
+    return a->distance2 != b->distance2 ? a->distance2 < b->distance2 : a->triangle < b->triangle;
+}
+
 struct Group {
     const Piece *nearest = nullptr;
     const Piece *nearest_plane = nullptr; // the nearest one that has a plane
@@ -62,13 +63,19 @@ struct Group {
     Vec normals{}; // of n
     void add(const Piece &piece)
     {
-        if (!nearest || piece.distance2 < nearest->distance2) nearest = &piece;
-        if (!has_plane(piece)) return;
-        if (!nearest_plane || piece.distance2 < nearest_plane->distance2) nearest_plane = &piece;
-        area += piece.area;
-        sum = sum + piece.area * piece.normal;
-        planes += 1;
-        normals = normals + piece.normal;
+        if (has_plane(piece))
+            add({&piece, &piece, piece.area, piece.area * piece.normal, 1, piece.normal});
+        else
+            add({&piece, nullptr, 0, {}, 0, {}});
+    }
+    void add(const Group &other)
+    {
+        if (nearer(other.nearest, nearest)) nearest = other.nearest;
+        if (nearer(other.nearest_plane, nearest_plane)) nearest_plane = other.nearest_plane;
+        area += other.area;
+        sum = sum + other.sum;
+        planes += other.planes;
+        normals = normals + other.normals;
     }
     Side side() const
     {
@@ -86,15 +93,21 @@ struct Group {
     }
 };
 
-// Pieces on the axis' side first; those without a plane go with the larger side.
+// Pieces on the axis' side first. A rim, across the axis, goes with the face that its nearest point is nearer
+// to: from there the way into the solid is long. Pieces without a plane go with the larger side.
 std::array<Group, 2> split(std::span<const Piece> pieces, const Vec &axis)
 {
+    const auto across = [&](const Piece &piece) { return std::abs(dot(piece.normal, axis)) < along; };
     std::array<Group, 2> group;
+    Group rim, bare;
     for (const Piece &piece : pieces)
-        if (has_plane(piece)) group[dot(piece.normal, axis) < 0].add(piece);
-    Group &larger = group[group[1].area > group[0].area];
-    for (const Piece &piece : pieces)
-        if (!has_plane(piece)) larger.add(piece);
+        (!has_plane(piece) ? bare : across(piece) ? rim : group[dot(piece.normal, axis) < 0]).add(piece);
+    if (!group[0].nearest || !group[1].nearest) return {};
+    const auto off = [&](const Group &side) {
+        return std::abs(dot(side.nearest->normal, rim.nearest->point - side.nearest->point));
+    };
+    if (rim.nearest) group[off(group[1]) < off(group[0])].add(rim);
+    if (bare.nearest) group[group[1].area > group[0].area].add(bare);
     return group;
 }
 
@@ -110,7 +123,42 @@ bool is_rim(std::span<const Piece> pieces, const Group &all)
     return opposite >= considerable * all.area;
 }
 
+// Of the facets the one that a short step from `point` ends nearest to: its side is the solid's there, be the
+// edge convex or concave. Of those equally near, as far as the lattice tells, the one that the step is
+// steepest to.
+const CellTriangle &facing(const Vec &direction, const Vec &point, std::span<const CellTriangle> facets)
+{
+    constexpr double step = 1.0 / 1024;
+    const auto distance = [&, end = point + step * direction](const CellTriangle &facet) {
+        return length(end - nearest_on_triangle(facet, end));
+    };
+    double least = step;
+    for (const CellTriangle &facet : facets) least = std::min(least, distance(facet));
+    const CellTriangle *best = nullptr;
+    for (const CellTriangle &facet : facets)
+        if (distance(facet) <= least + 2 * on_facet &&
+            (!best || std::abs(dot(direction, facet.normal)) > std::abs(dot(direction, best->normal))))
+            best = &facet;
+    return best ? *best : facets.front();
+}
+
 } // namespace
+
+Vec into_solid(const Vec &inward, const Vec &point, std::span<const CellTriangle> facets)
+{
+    if (facets.empty()) return inward;
+    Vec normal = inward;
+    for (double depth = 2 * grazing; depth > 1e-3; depth /= 2) { // less and less deep, for sharp edges
+        const Vec &face = facing(normal, point, facets).normal;
+        const double reached = -dot(normal, face);
+        if (reached >= depth / 2) return normal;
+        const Vec across = normal + reached * face;
+        const double size = length(across);
+        if (!(size > 1e-9)) return inward;
+        normal = (std::sqrt(1 - depth * depth) / size) * across - depth * face;
+    }
+    return inward;
+}
 
 Sides sides_of(std::span<const Piece> pieces)
 {
@@ -143,9 +191,6 @@ Sides sides_of(std::span<const Piece> pieces)
             return one;
     }
     if (!group[0].nearest || !group[1].nearest) return one;
-    const auto nearer = [](const Piece *a, const Piece *b) {
-        return a->distance2 != b->distance2 ? a->distance2 < b->distance2 : a->triangle < b->triangle;
-    };
     if (nearer(group[1].nearest, group[0].nearest)) std::swap(group[0], group[1]);
     return {{group[0].side(), group[1].side()}, 2};
 }

@@ -177,3 +177,61 @@ TEST_CASE("a wall and its rim in one cell: two points, whatever the rim's share"
         check_unit(s.side[1]);
     }
 }
+
+TEST_CASE("a rim goes with the face that its point is nearer to, whole, whatever its triangles")
+{
+    for (const double y : {0.08, -0.08}) {
+        const std::vector<Piece> pieces{
+            piece({0, 1, 0}, 0.4, {0.1, 0.1, 0}, 1), piece({0, -1, 0}, 0.4, {0.1, -0.1, 0}, 2),
+            piece({1, 1e-17, 0}, 0.1, {0, y, 0}, 3), piece({1, -1e-17, 0}, 0.1, {0, -y, 0.1}, 4)};
+        const Sides s = sides_of(pieces);
+        REQUIRE(s.count == 2);
+        CHECK(s.side[0].nearest->triangle == 3);
+        CHECK(s.side[0].area == doctest::Approx(0.6));
+        CHECK(s.side[0].inward[1] * y < 0); // to the far face
+    }
+}
+
+namespace {
+
+/// Two faces of 8 by 1 cells along the z axis, `degrees` of solid between them; the first one looks up.
+std::vector<CellTriangle> edge(double degrees)
+{
+    const double turn = degrees * std::numbers::pi / 180, one = static_cast<double>(lattice_per_cell);
+    const LatticePoint a{0, 0, -4 * lattice_per_cell}, b{0, 0, 4 * lattice_per_cell},
+        up{-lattice_per_cell, 0, 0},
+        other{std::llround(-one * std::cos(turn)), std::llround(-one * std::sin(turn)), 0};
+    std::vector<CellTriangle> facets;
+    for (const LatticeTriangle &t : {lattice_triangle(b, a, up), lattice_triangle(a, b, other)}) {
+        facets.push_back(seen_from({0, 0, 0}, t));
+        CHECK(t.normal != Vec{});
+    }
+    return facets;
+}
+
+} // namespace
+
+TEST_CASE("into the solid: no facet looks along or against the normal, where that can be, and it turns no "
+          "more than that")
+{
+    const Vec at{-0.5, -0.5, -0.5}, down{0, -1, 0}; // the lattice's origin as cell 0 sees it
+    CHECK(into_solid(down, at, {}) == down);
+    for (const double degrees : {3.0, 10.0, 100.0, 135.0, 180.0, 225.0, 270.0, 315.0, 355.0}) {
+        const std::vector<CellTriangle> facets = edge(degrees);
+        CAPTURE(degrees);
+        CHECK(facets[0].normal[1] == 1);
+        CHECK(into_solid(down, at, facets) == down); // already leads in, or is a knife's
+    }
+    for (const double degrees : {16.0, 30.0, 60.0, 90.0}) {
+        const std::vector<CellTriangle> facets = edge(degrees);
+        CAPTURE(degrees);
+        const Vec n = into_solid(down, at, facets);
+        CHECK(dot(n, n) == doctest::Approx(1).epsilon(1e-14));
+        CHECK(n[2] == doctest::Approx(0).epsilon(1e-14));
+        const double below = std::atan2(-n[1], -n[0]) * 180 / std::numbers::pi; // of the first face
+        CHECK(below == doctest::Approx(degrees - 10.02).epsilon(1e-3));         // 10 above the other
+    }
+    const std::vector<CellTriangle> sheet = edge(0);
+    CHECK(sheet[1].normal == down);
+    CHECK(into_solid(down, at, sheet) == down); // both sides of a face: nothing to lead into
+}
