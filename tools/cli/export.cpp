@@ -6,6 +6,7 @@
 #include "pipeline/output.hpp"
 #include "pointshell/export_points.hpp"
 #include "voxmap/export_cells.hpp"
+#include "voxmap/nvdb.hpp"
 #include "voxmap/vdb.hpp"
 
 #include <CLI/CLI.hpp>
@@ -36,6 +37,7 @@ Write whole(std::vector<std::uint8_t> bytes)
 Write write_cells(const std::shared_ptr<const VoxmapFile> &file, const std::string &ending)
 {
     if (ending == ".vdb") return whole(vdb_bytes(file->cells, file->source_hash, file->meta, file->channels));
+    if (ending == ".nvdb") return whole(nvdb_bytes(file->cells, file->channels));
     if (ending == ".voxmap") return whole(voxmap_bytes(*file));
     if (ending == ".glb") return whole(cells_glb(file->cells));
     if (ending == ".ply") return [file](const Outputs::Sink &sink) { cells_ply(file->cells, sink); };
@@ -52,7 +54,7 @@ Write write_points(const std::shared_ptr<const PointshellFile> &file, const std:
 std::vector<std::string> endings(AssetKind kind)
 {
     if (kind == AssetKind::pointshell) return {".ply", ".glb", ".csv"};
-    return {kind == AssetKind::vdb ? ".voxmap" : ".vdb", ".ply", ".glb", ".csv"};
+    return {kind == AssetKind::vdb ? ".voxmap" : ".vdb", ".nvdb", ".ply", ".glb", ".csv"};
 }
 
 ExitCode run(const ExportOptions &o)
@@ -91,7 +93,7 @@ VerbAction add_export(CLI::App &verb)
     auto o = std::make_shared<ExportOptions>();
     verb.add_option("FILE", o->input, ".voxmap, .vdb or .pointshell")->required();
     verb.add_option("-o,--output", o->output,
-                    "cells: .vdb or .voxmap (without loss), .csv (i,j,k,state), .ply or .glb (the skin of the surface cells); "
+                    "cells: .vdb or .voxmap (without loss), .nvdb (NanoVDB, for GPUs), .csv (i,j,k,state), .ply or .glb (the skin of the surface cells); "
                     "points: .ply (x y z nx ny nz area), .csv, .glb")
         ->required()
         ->type_name("OUT");

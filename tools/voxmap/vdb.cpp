@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "voxmap/vdb.hpp"
 #include "cli/failure.hpp"
+#include "voxmap/vdb_grids.hpp"
 #include "voxmap/vdb_parse.hpp"
 
 #include <algorithm>
@@ -20,7 +21,8 @@ using Leaf = Tree::LeafNodeType;
 static_assert(Leaf::DIM == VXS_VOXMAP_BRICK_CELLS, "a brick is a leaf");
 
 constexpr std::int64_t block_bricks = 16; // per axis of OpenVDB's lowest internal node
-constexpr std::size_t uuid_offset = 21;   // after i64 magic, u32 version, u32 and u32 library version, u8 offsets
+constexpr std::size_t uuid_offset =
+    21; // after i64 magic, u32 version, u32 and u32 library version, u8 offsets
 constexpr std::string_view nil_uuid = "00000000-0000-0000-0000-000000000000";
 
 /// io::File writes to a path and io::Stream gives up the offsets that let a viewer load one grid.
@@ -53,7 +55,8 @@ openvdb::Coord corner(const Cell &origin, const BrickAt &at)
 void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
 {
     for (const Brick &brick : cells.bricks) {
-        if (brick.interior == all || (brick.surface == none && brick.interior == none)) continue; // a tile, or nothing
+        if (brick.interior == all || (brick.surface == none && brick.interior == none))
+            continue; // a tile, or nothing
         auto *leaf = new Leaf(corner(origin, brick.at), VXS_CELL_FREE, false);
         Leaf::ValueType *values = leaf->buffer().data();
         Leaf::NodeMaskType active;
@@ -70,15 +73,17 @@ void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
 }
 
 /// Solid bricks as tiles: a block of 16^3 bricks that is solid throughout as one tile, others brick by brick.
-/// What is large and solid costs its surface, not its volume. Solid bricks that Cells holds as such count where
-/// `with_bricks` says so.
-template <typename AnyTree>
-void add_solid(const Cells &cells, const Cell &origin, AnyTree &tree, typename AnyTree::ValueType value, bool active, bool with_bricks)
+/// What is large and solid costs its surface, not its volume. Solid bricks that Cells holds as such count
+/// where `with_bricks` says so.
+template<typename AnyTree>
+void add_solid(const Cells &cells, const Cell &origin, AnyTree &tree, typename AnyTree::ValueType value,
+               bool active, bool with_bricks)
 {
     const auto each_block = [&](auto &&visit) {
         for (const Brick &brick : cells.bricks)
             if (with_bricks && brick.interior == all)
-                visit(Cell{origin[0] + brick.at[0], origin[1] + brick.at[1], origin[2] + brick.at[2]}, origin[2] + brick.at[2]);
+                visit(Cell{origin[0] + brick.at[0], origin[1] + brick.at[1], origin[2] + brick.at[2]},
+                      origin[2] + brick.at[2]);
         for (const SolidRun &run : cells.solid) {
             const std::int64_t i = origin[0] + run.i, j = origin[1] + run.j, last = origin[2] + run.last;
             for (std::int64_t k = origin[2] + run.first, stop = 0; k <= last; k = stop + 1) {
@@ -101,10 +106,12 @@ void add_solid(const Cells &cells, const Cell &origin, AnyTree &tree, typename A
     });
 }
 
-/// A leaf per brick, active throughout, so that the bricks can be told again. Elsewhere what is beyond, inactive.
-template <typename Grid, typename Value>
-typename Grid::Ptr channel_grid(const char *name, const Cells &cells, const Cell &origin, typename Grid::ValueType outside,
-                                typename Grid::ValueType inside, Value value)
+/// A leaf per brick, active throughout, so that the bricks can be told again. Elsewhere what is beyond,
+/// inactive.
+template<typename Grid, typename Value>
+typename Grid::Ptr channel_grid(const char *name, const Cells &cells, const Cell &origin,
+                                typename Grid::ValueType outside, typename Grid::ValueType inside,
+                                Value value)
 {
     using AnyLeaf = typename Grid::TreeType::LeafNodeType;
     auto grid = Grid::create(outside);
@@ -135,31 +142,21 @@ std::string content_uuid(std::span<const std::uint8_t> bytes)
 
 } // namespace
 
-std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta, const Channels &channels)
+std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels &channels,
+                                              double unit_metres)
 {
     openvdb::initialize();
     for (int axis = 0; axis < 3; ++axis) {
         if (cells.min[axis] < -vdb_max_index || cells.max[axis] > vdb_max_index)
-            throw Failure(ExitCode::requirement, "",
-                          fmt::format("cells {} to {} along axis {} do not fit the 32-bit indices of a .vdb (limit {}): "
-                                      "move the part nearer to the origin or use a larger voxel",
-                                      cells.min[axis], cells.max[axis], axis, vdb_max_index));
+            throw Failure(
+                ExitCode::requirement, "",
+                fmt::format(
+                    "cells {} to {} along axis {} do not fit the 32-bit indices of OpenVDB (limit {}): "
+                    "move the part nearer to the origin or use a larger voxel",
+                    cells.min[axis], cells.max[axis], axis, vdb_max_index));
     }
     const Cell origin{cells.origin[0] >> 3, cells.origin[1] >> 3, cells.origin[2] >> 3}; // in bricks
-    const VdbUnit unit = *std::find_if(vdb_units.begin(), vdb_units.end() - 1,
-                                       [&](const VdbUnit &each) { return cells.voxel >= vdb_min_scale * each.metres; });
-    const double scale = cells.voxel / unit.metres;
-    auto transform = openvdb::math::Transform::createLinearTransform(scale);
-    transform->postTranslate(openvdb::Vec3d(scale / 2));
-
-    openvdb::MetaMap metadata;
-    metadata.insertMeta(vdb_meta_voxel, openvdb::DoubleMetadata(cells.voxel));
-    metadata.insertMeta(vdb_meta_unit, openvdb::StringMetadata(std::string(unit.name)));
-    metadata.insertMeta(vdb_meta_source, openvdb::StringMetadata(hex(source_hash)));
-    metadata.insertMeta(vdb_meta_options, openvdb::StringMetadata(meta));
-    metadata.insertMeta(vdb_meta_closed, openvdb::BoolMetadata(cells.closed));
-
-    openvdb::GridPtrVec grids;
+    std::vector<openvdb::GridBase::Ptr> grids;
     auto state = openvdb::Int32Grid::create(VXS_CELL_FREE);
     state->setName(vdb_grid_name);
     add_bricks(cells, origin, state->tree());
@@ -167,24 +164,49 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
     grids.push_back(state);
     if (!channels.layer.empty()) {
         const int beyond = channels.layer_count + 1;
-        metadata.insertMeta(vdb_meta_layers, openvdb::Int32Metadata(channels.layer_count));
-        grids.push_back(channel_grid<openvdb::Int32Grid>(vdb_layer_grid, cells, origin, beyond, -beyond, [&](std::size_t b, std::size_t c) {
-            return int{channels.layer[b][c]};
-        }));
+        grids.push_back(channel_grid<openvdb::Int32Grid>(
+            vdb_layer_grid, cells, origin, beyond, -beyond,
+            [&](std::size_t b, std::size_t c) { return int{channels.layer[b][c]}; }));
     }
     if (!channels.distance.empty()) {
-        const double step = channels.distance_step / unit.metres;
-        const auto beyond = static_cast<float>(channels.distance_band / unit.metres);
+        const double step = channels.distance_step / unit_metres;
+        const auto beyond = static_cast<float>(channels.distance_band / unit_metres);
+        grids.push_back(channel_grid<openvdb::FloatGrid>(
+            vdb_distance_grid, cells, origin, beyond, channels.unsigned_distance ? beyond : -beyond,
+            [&](std::size_t b, std::size_t c) {
+                return static_cast<float>(channels.distance[b][c] * step);
+            }));
+        if (!channels.unsigned_distance) grids.back()->setGridClass(openvdb::GRID_LEVEL_SET);
+    }
+    return grids;
+}
+
+std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta,
+                                    const Channels &channels)
+{
+    const VdbUnit unit = *std::find_if(vdb_units.begin(), vdb_units.end() - 1, [&](const VdbUnit &each) {
+        return cells.voxel >= vdb_min_scale * each.metres;
+    });
+    const double scale = cells.voxel / unit.metres;
+    const std::vector<openvdb::GridBase::Ptr> grids = vdb_grids(cells, channels, unit.metres);
+    auto transform = openvdb::math::Transform::createLinearTransform(scale);
+    transform->postTranslate(openvdb::Vec3d(scale / 2));
+    for (const auto &grid : grids) grid->setTransform(transform);
+
+    openvdb::MetaMap metadata;
+    metadata.insertMeta(vdb_meta_voxel, openvdb::DoubleMetadata(cells.voxel));
+    metadata.insertMeta(vdb_meta_unit, openvdb::StringMetadata(std::string(unit.name)));
+    metadata.insertMeta(vdb_meta_source, openvdb::StringMetadata(hex(source_hash)));
+    metadata.insertMeta(vdb_meta_options, openvdb::StringMetadata(meta));
+    metadata.insertMeta(vdb_meta_closed, openvdb::BoolMetadata(cells.closed));
+    if (!channels.layer.empty())
+        metadata.insertMeta(vdb_meta_layers, openvdb::Int32Metadata(channels.layer_count));
+    if (!channels.distance.empty()) {
         metadata.insertMeta(vdb_meta_step, openvdb::DoubleMetadata(channels.distance_step));
         metadata.insertMeta(vdb_meta_band, openvdb::DoubleMetadata(channels.distance_band));
         metadata.insertMeta(vdb_meta_error, openvdb::DoubleMetadata(channels.distance_error));
         metadata.insertMeta(vdb_meta_unsigned, openvdb::BoolMetadata(channels.unsigned_distance));
-        grids.push_back(channel_grid<openvdb::FloatGrid>(
-            vdb_distance_grid, cells, origin, beyond, channels.unsigned_distance ? beyond : -beyond,
-            [&](std::size_t b, std::size_t c) { return static_cast<float>(channels.distance[b][c] * step); }));
-        if (!channels.unsigned_distance) grids.back()->setGridClass(openvdb::GRID_LEVEL_SET);
     }
-    for (const auto &grid : grids) grid->setTransform(transform);
 
     const std::string text = MemoryArchive().bytes({grids.begin(), grids.end()}, metadata);
     std::vector<std::uint8_t> bytes(text.begin(), text.end());

@@ -17,15 +17,17 @@ inline constexpr const char *vdb_meta_options = "options";      ///< JSON
 inline constexpr const char *vdb_meta_closed = "closed";        ///< bool
 inline constexpr const char *vdb_layer_grid = "layer";
 inline constexpr const char *vdb_distance_grid = "distance";
-inline constexpr const char *vdb_meta_layers = "layer_count";       ///< int
-inline constexpr const char *vdb_meta_step = "distance_step";       ///< double [m]
-inline constexpr const char *vdb_meta_band = "distance_band";       ///< double [m]
-inline constexpr const char *vdb_meta_error = "distance_error";     ///< double [m]
+inline constexpr const char *vdb_meta_layers = "layer_count";         ///< int
+inline constexpr const char *vdb_meta_step = "distance_step";         ///< double [m]
+inline constexpr const char *vdb_meta_band = "distance_band";         ///< double [m]
+inline constexpr const char *vdb_meta_error = "distance_error";       ///< double [m]
 inline constexpr const char *vdb_meta_unsigned = "distance_unsigned"; ///< bool
-inline constexpr std::int64_t vdb_max_index = (std::int64_t{1} << 31) - (1 << 13); ///< a 4096^3 node still fits
-inline constexpr std::size_t vdb_max_meta = std::size_t{16} << 20;                 ///< bytes
+inline constexpr std::int64_t vdb_max_index =
+    (std::int64_t{1} << 31) - (1 << 13);                           ///< a 4096^3 node still fits
+inline constexpr std::size_t vdb_max_meta = std::size_t{16} << 20; ///< bytes
 
-/// OpenVDB calls a transform with a scale below 1.4e-5 singular and refuses it: a finer voxel takes a finer unit.
+/// OpenVDB calls a transform with a scale below 1.4e-5 singular and refuses it: a finer voxel takes a finer
+/// unit.
 struct VdbUnit {
     std::string_view name;
     double metres;
@@ -35,7 +37,7 @@ inline constexpr double vdb_min_scale = 2e-5;
 
 /// Reads the file with OpenVDB's own reader, in the calling process: a damaged file can crash it, hang it or
 /// make it take all memory. Throws Failure or std::exception.
-VdbFile parse_vdb(const std::filesystem::path &path);
+VdbFile parse_vdb(const std::filesystem::path &path, const ForeignGrid *foreign);
 
 /// Throws Failure(invalid) unless the invariants of Cells hold and the box is within the format's limits.
 void check_cells(const Cells &cells);

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cstdlib>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -30,16 +30,20 @@ constexpr bool limit_address_space = false; // a sanitizer maps terabytes of sha
 constexpr bool limit_address_space = true;
 #endif
 
-/// What a file of this size may cost. A leaf of 2 KiB takes 128 bytes of a file at the least, an internal node of
-/// 260 KiB about 8 KiB; brick lists come on top.
+/// What a file of this size may cost. A leaf of 2 KiB takes 128 bytes of a file at the least, an internal
+/// node of 260 KiB about 8 KiB; brick lists come on top. What others write is searched for its surface, 0.1
+/// ms a leaf.
 struct Limits {
     std::uint64_t memory; ///< bytes beyond what the process has
     std::uint64_t seconds;
-    explicit Limits(std::uint64_t file_bytes)
-        : memory((std::uint64_t{1} << 29) + 64 * file_bytes), seconds(5 + file_bytes / 4'000'000) {}
+    Limits(std::uint64_t file_bytes, bool foreign)
+        : memory((std::uint64_t{1} << 29) + 64 * file_bytes), seconds(5 + file_bytes / 4'000'000)
+    {
+        if (foreign) seconds += 5 + file_bytes / 200'000;
+    }
 };
 
-struct Answer { ///< what comes through the pipe first
+struct Answer {        ///< what comes through the pipe first
     std::int32_t code; ///< ExitCode; ok: all lists follow, else the error's text as meta
     std::uint32_t closed;
     double voxel;
@@ -49,6 +53,10 @@ struct Answer { ///< what comes through the pipe first
     std::int32_t layer_count;
     std::uint32_t unsigned_distance;
     double distance_band, distance_step, distance_error;
+    std::uint64_t foreign, grid, kind; ///< whether it is another program's, and two texts
+    double unit;
+    std::array<double, 3> world_origin, moved;
+    std::uint64_t distance_left_out;
 };
 
 bool send(int pipe, const void *data, std::size_t size)
@@ -64,7 +72,8 @@ bool send(int pipe, const void *data, std::size_t size)
     return true;
 }
 
-template <typename List> bool send_all(int pipe, const List &list)
+template<typename List>
+bool send_all(int pipe, const List &list)
 {
     return send(pipe, list.data(), list.size() * sizeof(list[0]));
 }
@@ -94,7 +103,8 @@ std::string printable(std::string text)
 }
 
 /// The child: limits, parse, send. Never returns into the parent's code, never runs its destructors.
-[[noreturn]] void child(int pipe, const std::filesystem::path &path, const Limits &limits)
+[[noreturn]] void child(int pipe, const std::filesystem::path &path, const ForeignGrid *foreign,
+                        const Limits &limits)
 {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTERM, SIGXCPU, SIGPIPE})
@@ -110,7 +120,7 @@ std::string printable(std::string text)
     Answer answer{};
     std::string error;
     try {
-        const VdbFile file = parse_vdb(path);
+        const VdbFile file = parse_vdb(path, foreign);
         const Cells &cells = file.cells;
         answer.closed = cells.closed;
         answer.voxel = cells.voxel;
@@ -126,15 +136,27 @@ std::string printable(std::string text)
         answer.distance_band = file.channels.distance_band;
         answer.distance_step = file.channels.distance_step;
         answer.distance_error = file.channels.distance_error;
-        const bool sent = send(pipe, &answer, sizeof answer) && send_all(pipe, cells.bricks) && send_all(pipe, cells.solid) &&
-                          send_all(pipe, file.channels.layer) && send_all(pipe, file.channels.distance) && send_all(pipe, file.meta);
+        const ForeignTaken taken = file.foreign.value_or(ForeignTaken{});
+        answer.foreign = file.foreign.has_value();
+        answer.grid = taken.grid.size();
+        answer.kind = taken.kind.size();
+        answer.unit = taken.unit;
+        answer.world_origin = taken.origin;
+        answer.moved = taken.moved;
+        answer.distance_left_out = taken.distance_left_out;
+        const bool sent = send(pipe, &answer, sizeof answer) && send_all(pipe, cells.bricks) &&
+                          send_all(pipe, cells.solid) && send_all(pipe, file.channels.layer) &&
+                          send_all(pipe, file.channels.distance) && send_all(pipe, file.meta) &&
+                          send_all(pipe, taken.grid) && send_all(pipe, taken.kind);
         ::_exit(sent ? 0 : 1); // not exit(): the tree's destructor starts threads that a fork has not
     } catch (const Failure &failure) {
         answer.code = static_cast<std::int32_t>(failure.code);
         error = failure.what();
     } catch (const std::bad_alloc &) {
         answer.code = static_cast<std::int32_t>(ExitCode::invalid);
-        error = fmt::format("needs more than {} MiB to read: damaged or hostile", limits.memory >> 20);
+        error =
+            fmt::format("needs more than {} MiB to read, too much for a file of its size: damaged or hostile",
+                        limits.memory >> 20);
     } catch (const std::exception &other) {
         answer.code = static_cast<std::int32_t>(ExitCode::invalid);
         error = fmt::format("OpenVDB cannot read this file ({})", printable(other.what()));
@@ -145,9 +167,11 @@ std::string printable(std::string text)
 
 /// The parent's end: reads until a deadline; whatever happens, the child is gone afterwards.
 class Child {
-public:
+  public:
     Child(pid_t pid, int pipe, std::uint64_t seconds)
-        : pid_(pid), pipe_(pipe), deadline_(Clock::now() + std::chrono::seconds(seconds)) {}
+        : pid_(pid), pipe_(pipe), deadline_(Clock::now() + std::chrono::seconds(seconds))
+    {
+    }
     ~Child()
     {
         ::close(pipe_);
@@ -164,8 +188,10 @@ public:
         char *at = static_cast<char *>(data);
         while (size) {
             pollfd ready{pipe_, POLLIN, 0};
-            const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
-            const int polled = left <= 0 ? 0 : ::poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(left, 60'000)));
+            const auto left =
+                std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
+            const int polled =
+                left <= 0 ? 0 : ::poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(left, 60'000)));
             if (polled < 0 && errno != EINTR) return false;
             if (polled == 0 && Clock::now() >= deadline_) {
                 late_ = true;
@@ -188,16 +214,18 @@ public:
         const int status = wait();
         if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
             return "OpenVDB's reader did not finish with this file in time: damaged or hostile";
-        if (WIFSIGNALED(status)) return fmt::format("OpenVDB's reader gave up on this file (signal {})", WTERMSIG(status));
+        if (WIFSIGNALED(status))
+            return fmt::format("OpenVDB's reader gave up on this file (signal {})", WTERMSIG(status));
         return fmt::format("OpenVDB's reader gave up on this file (status {})", WEXITSTATUS(status));
     }
 
-private:
+  private:
     using Clock = std::chrono::steady_clock;
     int wait()
     {
         int status = 0;
-        while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {}
+        while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+        }
         pid_ = -1;
         return status;
     }
@@ -210,15 +238,31 @@ private:
 std::uint64_t readable_size(const std::filesystem::path &path)
 {
     std::error_code error;
-    if (std::filesystem::is_directory(path, error)) throw Failure(ExitCode::system, path.string(), "is a folder");
+    if (std::filesystem::is_directory(path, error))
+        throw Failure(ExitCode::system, path.string(), "is a folder");
     std::ifstream file(path, std::ios::binary);
     char magic[8] = {};
-    if (!file) throw Failure(ExitCode::system, path.string(), fmt::format("cannot be read: {}", std::strerror(errno)));
+    if (!file)
+        throw Failure(ExitCode::system, path.string(),
+                      fmt::format("cannot be read: {}", std::strerror(errno)));
     if (!file.read(magic, sizeof magic) || std::memcmp(magic, " BDV\0\0\0\0", sizeof magic) != 0)
-        throw Failure(ExitCode::invalid, path.string(), "is not an OpenVDB file: it does not begin with OpenVDB's magic number");
+        throw Failure(ExitCode::invalid, path.string(),
+                      "is not an OpenVDB file: it does not begin with OpenVDB's magic number");
     const auto size = std::filesystem::file_size(path, error);
     if (error) throw Failure(ExitCode::system, path.string(), error.message());
     return size;
+}
+
+Sha256 hash_of(const std::filesystem::path &path)
+{
+    std::ifstream file(path, std::ios::binary);
+    Sha256Stream hash;
+    std::vector<char> block(1 << 20);
+    while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
+        hash.update(
+            {reinterpret_cast<const std::uint8_t *>(block.data()), static_cast<std::size_t>(file.gcount())});
+    if (!file.eof()) throw Failure(ExitCode::system, "", "cannot be read to its end");
+    return hash.digest();
 }
 
 VdbFile receive(Child &reader, const Limits &limits)
@@ -226,10 +270,13 @@ VdbFile receive(Child &reader, const Limits &limits)
     const auto give_up = [&] { throw Failure(ExitCode::invalid, "", reader.obituary()); };
     Answer answer;
     if (!reader.read(&answer, sizeof answer)) give_up();
-    const bool sane = answer.meta <= vdb_max_meta && answer.bricks <= limits.memory / sizeof(Brick) &&
-                      answer.runs <= limits.memory / sizeof(SolidRun) && (answer.layers == 0 || answer.layers == answer.bricks) &&
+    const bool sane = answer.meta <= vdb_max_meta && answer.grid <= vdb_max_meta &&
+                      answer.kind <= vdb_max_meta && answer.bricks <= limits.memory / sizeof(Brick) &&
+                      answer.runs <= limits.memory / sizeof(SolidRun) &&
+                      (answer.layers == 0 || answer.layers == answer.bricks) &&
                       (answer.distances == 0 || answer.distances == answer.bricks);
-    if (!sane) throw Failure(ExitCode::invalid, "", "OpenVDB's reader sent nonsense: damaged or hostile file");
+    if (!sane)
+        throw Failure(ExitCode::invalid, "", "OpenVDB's reader sent nonsense: damaged or hostile file");
     VdbFile file;
     if (answer.code != 0) {
         file.meta.resize(answer.meta);
@@ -245,6 +292,14 @@ VdbFile receive(Child &reader, const Limits &limits)
     receive_all(file.channels.layer, answer.layers);
     receive_all(file.channels.distance, answer.distances);
     receive_all(file.meta, answer.meta);
+    ForeignTaken taken;
+    receive_all(taken.grid, answer.grid);
+    receive_all(taken.kind, answer.kind);
+    taken.unit = answer.unit;
+    taken.origin = answer.world_origin;
+    taken.moved = answer.moved;
+    taken.distance_left_out = answer.distance_left_out != 0;
+    if (answer.foreign) file.foreign = taken;
     file.channels.layer_count = answer.layer_count;
     file.channels.unsigned_distance = answer.unsigned_distance != 0;
     file.channels.distance_band = answer.distance_band;
@@ -269,7 +324,8 @@ void check_cells(const Cells &cells)
     require(cells.voxel >= 1e-12 && cells.voxel <= 1e3, "the voxel is not within 1e-12 m to 1e3 m");
     constexpr std::int32_t limit = VXS_VOXMAP_MAX_CELLS / VXS_VOXMAP_BRICK_CELLS;
     for (const std::int64_t o : cells.origin)
-        require(o % VXS_VOXMAP_CHUNK_CELLS == 0 && std::abs(o) <= vdb_max_index + 1, "a cell is beyond the limits");
+        require(o % VXS_VOXMAP_CHUNK_CELLS == 0 && std::abs(o) <= vdb_max_index + 1,
+                "a cell is beyond the limits");
     std::uint64_t surface = 0;
     auto run = cells.solid.begin();
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
@@ -289,16 +345,18 @@ void check_cells(const Cells &cells)
     require(surface != 0, "grid `state` holds no surface cell");
     for (std::size_t r = 0; r < cells.solid.size(); ++r) {
         const SolidRun &s = cells.solid[r];
-        require(s.i >= 0 && s.j >= 0 && s.first >= 0 && s.first <= s.last && s.i < limit && s.j < limit && s.last < limit,
+        require(s.i >= 0 && s.j >= 0 && s.first >= 0 && s.first <= s.last && s.i < limit && s.j < limit &&
+                    s.last < limit,
                 "a cell is beyond the limits");
-        require(r == 0 || BrickAt{cells.solid[r - 1].i, cells.solid[r - 1].j, cells.solid[r - 1].last} < BrickAt{s.i, s.j, s.first},
+        require(r == 0 || BrickAt{cells.solid[r - 1].i, cells.solid[r - 1].j, cells.solid[r - 1].last} <
+                              BrickAt{s.i, s.j, s.first},
                 "grid `state` has two tiles in one place");
     }
 }
 
-VdbFile read_vdb(const std::filesystem::path &path)
+VdbFile read_vdb(const std::filesystem::path &path, const ForeignGrid *foreign)
 {
-    const Limits limits(readable_size(path));
+    const Limits limits(readable_size(path), foreign != nullptr);
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) throw Failure(ExitCode::system, path.string(), std::strerror(errno));
     const pid_t pid = ::fork();
@@ -306,16 +364,19 @@ VdbFile read_vdb(const std::filesystem::path &path)
         const int reason = errno;
         ::close(ends[0]);
         ::close(ends[1]);
-        throw Failure(ExitCode::system, path.string(), fmt::format("cannot start OpenVDB's reader: {}", std::strerror(reason)));
+        throw Failure(ExitCode::system, path.string(),
+                      fmt::format("cannot start OpenVDB's reader: {}", std::strerror(reason)));
     }
     if (pid == 0) {
         ::close(ends[0]);
-        child(ends[1], path, limits);
+        child(ends[1], path, foreign, limits);
     }
     ::close(ends[1]);
     Child reader(pid, ends[0], 10 * limits.seconds);
     try {
-        return receive(reader, limits);
+        VdbFile file = receive(reader, limits);
+        if (file.foreign) file.source_hash = hash_of(path);
+        return file;
     } catch (const Failure &failure) {
         throw Failure(failure.code, path.string(), failure.what());
     }
