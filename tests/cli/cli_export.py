@@ -186,7 +186,7 @@ class Export(command.CommandTest):
 
     def test_refuses(self):
         self.refused(1, r'pointshell is exported as \.ply, \.glb, \.csv', 'part.pointshell', '-o', 'x.vdb', verb='export')
-        self.refused(1, r'voxmap is exported as \.vdb, \.ply, \.glb, \.csv', 'part.voxmap', '-o', 'x.obj', verb='export')
+        self.refused(1, r'voxmap is exported as \.vdb, \.nvdb, \.ply, \.glb, \.csv', 'part.voxmap', '-o', 'x.obj', verb='export')
         self.refused(1, r'vdb is exported as \.voxmap', 'part.vdb', '-o', 'x', verb='export')
         self.refused(1, '-o', 'part.voxmap', verb='export')
         self.refused(1, r'pack writes \.voxmap', 'part.vdb', '-o', 'x.csv', verb='pack')
