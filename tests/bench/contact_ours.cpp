@@ -17,9 +17,13 @@ namespace voxshell::bench {
 namespace {
 
 constexpr OurMode modes[] = {
-    {"voxshell states, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_AVERAGE},
-    {"voxshell states, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_AVERAGE},
-    {"voxshell states, brute, AVX2, original law", VXS_CONTACT_AVX2, VXS_CONTACT_ORIGINAL},
+    {"voxshell states, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE, VXS_CONTACT_AVERAGE},
+    {"voxshell states, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_BRUTE, VXS_CONTACT_AVERAGE},
+    {"voxshell states, culled, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_CULLED, VXS_CONTACT_AVERAGE},
+    {"voxshell states, culled, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_CULLED, VXS_CONTACT_AVERAGE},
+    {"voxshell states, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT, VXS_CONTACT_AVERAGE},
+    {"voxshell states, coherent, AVX2, original law", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT,
+     VXS_CONTACT_ORIGINAL},
 };
 
 /// Bytes as an open asset: written to a file, mapped as the servo loop maps it, and the name given up.
@@ -99,7 +103,7 @@ class OurRival : public Rival {
     vxs_pointshell shell_{};
     vxs_contact_config config_{};
     std::vector<std::uint8_t> memory_;
-    vxs_contact_scratch *scratch_ = nullptr;
+    vxs_contact *contact_ = nullptr;
 };
 
 } // namespace
@@ -148,10 +152,11 @@ OurRival::OurRival(const OurMode &mode, std::shared_ptr<const OurMap> map, const
     vxs_contact_config_default(&config_);
     config_.law = mode.law;
     config_.stiffness = 1;
-    memory_.resize(vxs_contact_memory(shell_.point_count));
-    if (vxs_contact_init(memory_.data(), memory_.size(), shell_.point_count, &scratch_) != VXS_OK ||
-        vxs_contact_use(scratch_, mode.kernel) != VXS_OK)
-        throw Failure(ExitCode::unsupported, mode.name, "this processor has not got it");
+    memory_.resize(vxs_contact_memory(&shell_, 1));
+    if (vxs_contact_init(memory_.data(), memory_.size(), &shell_, 1, &contact_) != VXS_OK ||
+        vxs_contact_use(contact_, mode.kernel) != VXS_OK ||
+        vxs_contact_cull(contact_, mode.culling) != VXS_OK)
+        throw Failure(ExitCode::unsupported, mode.name, "not on this processor");
 }
 
 Contact OurRival::tick(const Pose &pose)
@@ -160,13 +165,14 @@ Contact OurRival::tick(const Pose &pose)
     std::ranges::copy(pose.position, place.position);
     std::ranges::copy(pose.orientation, place.orientation);
     vxs_contact_result found;
-    vxs_contact_evaluate(&map_->view, nullptr, &shell_, &place, &config_, scratch_, &found);
+    const vxs_contact_static fixed{&map_->view, nullptr};
+    vxs_contact_evaluate(contact_, &fixed, 1, &place, &config_, &found);
     Contact contact;
     std::ranges::copy(found.wrench.force, contact.force.begin());
     std::ranges::copy(found.wrench.torque, contact.torque.begin());
     contact.depth = found.depth;
     contact.contacts = found.points;
-    contact.touched = shell_.point_count;
+    contact.touched = found.probed;
     return contact;
 }
 

@@ -71,31 +71,18 @@ class Workload {
         return points_;
     }
 
-    /// Relative error of the force's length and the angle [rad] between, mean over some poses; nothing where
-    /// there is no force (free) or its parts cancel (all).
-    bool force_error(Rival &rival, double &length, double &angle)
+    /// What the force should be at poses[0], poses[sample], poses[2 sample] ...
+    const std::vector<Vec3> &exact()
     {
-        if (motion_ == Motion::all || motion_ == Motion::free) return false;
-        constexpr std::size_t stride = pose_count / 20;
         if (exact_.empty())
-            for (std::size_t p = 0; p < poses.size(); p += stride)
+            for (std::size_t p = 0; p < poses.size(); p += sample)
                 exact_.push_back(exact_force(motion_, points(), poses[p]));
-        double found = 0, wanted = 0;
-        angle = 0;
-        for (std::size_t e = 0; e < exact_.size(); ++e) {
-            const Vec3 f = rival.tick(poses[e * stride]).force, &x = exact_[e];
-            const double a = std::hypot(f[0], f[1], f[2]), b = std::hypot(x[0], x[1], x[2]);
-            if (a > 0 && b > 0)
-                angle +=
-                    std::acos(std::clamp((f[0] * x[0] + f[1] * x[1] + f[2] * x[2]) / (a * b), -1.0, 1.0)) /
-                    static_cast<double>(exact_.size());
-            found += a;
-            wanted += b;
-        }
-        length = found / wanted - 1;
-        return wanted > 0; // few points may all be out of contact
+        return exact_;
     }
+    /// Whether there is a force to be compared: none at all (free), or parts that cancel (all), are not.
+    bool has_force() const { return motion_ != Motion::all && motion_ != Motion::free; }
 
+    static constexpr std::size_t sample = pose_count / 20;
     std::vector<Pose> poses;
 
   private:
@@ -114,6 +101,39 @@ struct Contestant {
     std::string facts; ///< JSON members
 };
 
+double length(const Vec3 &v)
+{
+    return std::hypot(v[0], v[1], v[2]);
+}
+
+/// Means over some poses as JSON members; of the force the error of its length and the angle to the exact one
+/// [rad].
+std::string facts(Rival &rival, Kind kind, Workload &workload)
+{
+    const bool compare = kind == Kind::points && workload.has_force();
+    double contacts = 0, touched = 0, depth = 0, found = 0, wanted = 0, angle = 0, ticks = 0;
+    for (std::size_t p = 0; p < workload.poses.size(); p += workload.sample, ++ticks) {
+        const Contact contact = rival.tick(workload.poses[p]);
+        contacts += static_cast<double>(contact.contacts);
+        touched += static_cast<double>(contact.touched);
+        depth += contact.depth;
+        if (!compare) continue;
+        const Vec3 &f = contact.force, &x = workload.exact()[p / workload.sample];
+        const double a = length(f), b = length(x);
+        if (a > 0 && b > 0)
+            angle += std::acos(std::clamp((f[0] * x[0] + f[1] * x[1] + f[2] * x[2]) / (a * b), -1.0, 1.0));
+        found += a;
+        wanted += b;
+    }
+    std::string members =
+        fmt::format("\"contacts\":{:.1f},\"touched\":{},\"depth_mm\":{:.4f}", contacts / ticks,
+                    touched < 0 ? "null" : fmt::format("{:.0f}", touched / ticks), depth / ticks * 1e3);
+    if (wanted > 0) // a few points may all be out of contact
+        members +=
+            fmt::format(",\"force_error\":{:.5f},\"force_angle\":{:.5f}", found / wanted - 1, angle / ticks);
+    return members;
+}
+
 Contestant prepare(const RivalRow &row, const Job &job, Workload &workload, double budget)
 {
     Contestant c{.row = &row, .rival = nullptr, .facts = {}};
@@ -129,22 +149,8 @@ Contestant prepare(const RivalRow &row, const Job &job, Workload &workload, doub
     }
     c.stride = std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil(tick * pose_count / budget)), 1,
                                        pose_count / 10);
-    double contacts = 0, touched = 0, depth = 0;
-    std::size_t ticks = 0;
-    for (std::size_t p = 0; p < workload.poses.size(); p += std::max<std::size_t>(c.stride, 10), ++ticks) {
-        const Contact contact = c.rival->tick(workload.poses[p]);
-        contacts += static_cast<double>(contact.contacts);
-        touched += static_cast<double>(contact.touched);
-        depth += contact.depth;
-    }
-    const auto mean = [&](double sum) { return sum / static_cast<double>(ticks); };
-    c.facts = fmt::format(
-        "\"contacts\":{:.1f},\"touched\":{},\"depth_mm\":{:.4f},\"static_mib\":{:.1f},\"setup_s\":{:.2f}",
-        mean(contacts), touched < 0 ? "null" : fmt::format("{:.0f}", mean(touched)), mean(depth) * 1e3,
-        c.rival->static_mib(), c.setup);
-    double length = 0, angle = 0;
-    if (row.kind == Kind::points && workload.force_error(*c.rival, length, angle))
-        c.facts += fmt::format(",\"force_error\":{:.5f},\"force_angle\":{:.5f}", length, angle);
+    c.facts = fmt::format("\"setup_s\":{:.2f},\"static_mib\":{:.1f},{}", c.setup, c.rival->static_mib(),
+                          facts(*c.rival, row.kind, workload));
     return c;
 }
 
