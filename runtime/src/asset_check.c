@@ -144,7 +144,7 @@ static vxs_result check_entry(vxsi_check *check, uint32_t index, uint64_t start)
     const vxs_container_section *table = vxsi_table(check->data), *entry = &table[index];
     uint64_t at = HEADER_SIZE + (uint64_t)index * ENTRY_SIZE;
 #define REFUSE(rule, field, text)                                                                            \
-    return vxsi_refuse(check, VXS_CORRUPT, rule, VXS_SECTION_TABL,                                             \
+    return vxsi_refuse(check, VXS_CORRUPT, rule, VXS_SECTION_TABL,                                           \
                        at + offsetof(vxs_container_section, field), text)
     if (!id_is_valid(entry->id)) REFUSE("C201", id, "a section id is not four of A-Z 0-9, or is reserved");
     for (uint32_t other = 0; other < index; other++) {

@@ -228,12 +228,37 @@ vxs_result vxs_contact_config_check(const vxs_contact_config *config)
 {
     if (!config) return VXS_PARAM;
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
-    if (config->law != VXS_CONTACT_ORIGINAL && config->law != VXS_CONTACT_AVERAGE) return VXS_PARAM;
+    if (config->law < VXS_CONTACT_ORIGINAL || config->law > VXS_CONTACT_GRADIENT) return VXS_PARAM;
     if (config->weighting < VXS_CONTACT_COUNT || config->weighting > VXS_CONTACT_AREA) return VXS_PARAM;
     for (int i = 0; i < 3; i++) {
         if (!isfinite(config->reference[i])) return VXS_PARAM;
     }
     return isfinite(config->stiffness) && config->stiffness > 0 ? VXS_OK : VXS_PARAM;
+}
+
+/* Depth and direction of each point from the maps' distances. */
+static void add_gradient(evaluation *e, const vxs_contact_static *statics, vxs_contact_result *result)
+{
+    vxsi_gradient_total total = {.points = 0};
+    for (uint32_t n = 0; n < e->count; n++)
+        vxsi_sum_gradient(statics[n].map, &e->contact->hits, &e->contact->statics[n].span,
+                          e->config->reference, &total);
+    result->points = total.points;
+    result->deep_points = total.deep;
+    if (total.deep > 0) result->flags |= VXS_CONTACT_DEEP;
+    if (total.points == 0) return;
+    result->patches = 1;
+    memcpy(e->force, total.force, sizeof e->force);
+    memcpy(e->moment, total.moment, sizeof e->moment);
+    e->depth = total.depth;
+    double length = sqrt(dot(total.normal, total.normal));
+    if (!(length >= cancelled_mean * total.points)) return;
+    for (int i = 0; i < 3; i++) result->normal[i] = total.normal[i] / length;
+}
+
+int vxs_contact_has_signed_distance(const vxs_voxmap *map)
+{
+    return map->distances && !(map->flags & VXS_VOXMAP_FLAG_UNSIGNED);
 }
 
 uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
@@ -248,11 +273,15 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
         return result->flags = VXS_CONTACT_INVALID;
     vxsi_hits *hits = &contact->hits;
     hits->count = hits->deep_count = hits->overflow = 0;
-    hits->take = VXSI_TAKE_NORMAL | (config->weighting == VXS_CONTACT_AREA ? VXSI_TAKE_AREA : 0);
+    const int is_gradient = config->law == VXS_CONTACT_GRADIENT;
+    hits->take = (is_gradient ? VXSI_TAKE_INTERIOR : VXSI_TAKE_NORMAL) |
+                 (config->weighting == VXS_CONTACT_AREA ? VXSI_TAKE_AREA : 0);
     contact->probed = contact->wrong_skips = 0;
     int is_near = 0;
     for (uint32_t n = 0; n < count; n++) {
         vxsi_placement place;
+        if (is_gradient && !vxs_contact_has_signed_distance(statics[n].map))
+            return result->flags = VXS_CONTACT_INVALID;
         if (!place_shell(&statics[n], turn, pose, &place)) return result->flags = VXS_CONTACT_INVALID;
         is_near |= find_hits(contact, &contact->statics[n], statics[n].map, &place);
     }
@@ -265,6 +294,11 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     result->probed = contact->probed;
     if (hits->count == 0) return result->flags;
 
+    if (is_gradient) {
+        add_gradient(&e, statics, result);
+        give_wrench(&e, turn, result);
+        return result->flags;
+    }
     int has_mean = mean_normal(&e, -1, result->normal);
     result->patches = 1;
     if (config->law == VXS_CONTACT_ORIGINAL)

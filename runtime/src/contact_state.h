@@ -39,6 +39,14 @@ struct vxs_contact {
     uint8_t order[256][8];
 };
 
+/* Adds what the law `gradient` says of the span's hits: sums over the points that are inside. */
+typedef struct vxsi_gradient_total {
+    double normal[3], force[3], moment[3], depth;
+    uint32_t points, deep; /* deep: too far inside for the distance's band to know a direction */
+} vxsi_gradient_total;
+void vxsi_sum_gradient(const vxs_voxmap *map, const vxsi_hits *hits, const vxsi_span *span, const double reference[3],
+                       vxsi_gradient_total *total);
+
 /* Finds the hits of the shell at `place`, which is also remembered for the next time. */
 void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
                        const vxsi_placement *place);

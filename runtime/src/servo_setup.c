@@ -45,6 +45,8 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
     for (uint32_t n = 0; n < config->static_count; n++) {
         const vxs_contact_static *at = &config->statics[n];
         if (!at->map || (at->pose && !vxs_pose_rotation(at->pose, rotation))) return VXS_PARAM;
+        if (config->contact.law == VXS_CONTACT_GRADIENT && !vxs_contact_has_signed_distance(at->map))
+            return VXS_PARAM;
     }
     if (!vxs_pose_rotation(&config->mount, rotation) || !vxs_pose_rotation(&config->grip, rotation))
         return VXS_PARAM;

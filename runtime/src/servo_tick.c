@@ -115,8 +115,8 @@ static uint32_t feel(vxs_servo *servo, const vxs_pose *tip, int is_armed, vxs_co
     vxs_pose body, object;
     vxs_coupling_pose(servo->coupling, tip, &body);
     if (!vxs_pose_compose(&body, &servo->config.grip, &object)) return VXS_SERVO_FAULT;
-    uint32_t flags = vxs_contact_evaluate(servo->contact, servo->config.statics, servo->config.static_count, &object,
-                                          &servo->config.contact, contact);
+    uint32_t flags = vxs_contact_evaluate(servo->contact, servo->config.statics, servo->config.static_count,
+                                          &object, &servo->config.contact, contact);
     if (flags & VXS_CONTACT_INVALID) return flags | VXS_SERVO_FAULT;
     if (!is_armed) return flags | VXS_SERVO_OFF;
     if (servo->phase == VXSI_SERVO_IS_BLOCKED) {

@@ -92,12 +92,12 @@ static void evaluate(bed *b, const vxs_contact_static *statics, uint32_t count, 
 
 static vxs_contact_config config_of(int n)
 {
-    static const uint32_t laws[] = {VXS_CONTACT_AVERAGE, VXS_CONTACT_ORIGINAL};
+    static const uint32_t laws[] = {VXS_CONTACT_AVERAGE, VXS_CONTACT_ORIGINAL, VXS_CONTACT_GRADIENT};
     static const uint32_t weightings[] = {VXS_CONTACT_COUNT, VXS_CONTACT_AREA, VXS_CONTACT_COUNT_CAPPED};
     vxs_contact_config config;
     vxs_contact_config_default(&config);
-    config.law = laws[n % 2];
-    config.weighting = weightings[n / 2 % 3];
+    config.law = laws[n % 3];
+    config.weighting = weightings[n / 3 % 3];
     config.reference[0] = 0.001 * (n % 5);
     return config;
 }

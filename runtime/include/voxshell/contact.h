@@ -7,6 +7,9 @@
  *   original  (McNeely)  d = max(0, (c - p) . n_p),  F_p = k d n_p
  *   average   (paper)    the same with one normal n for all: the normalised mean of the n_p of
  *                        all colliding points
+ *   gradient  d and n of each point from the map's signed distance, interpolated linearly between cell
+ *             centres: d = max(0, -distance), n along its gradient; points in interior cells too, as far as
+ *             the channel's band reaches (beyond it they are `deep`)
  * Torque = sum (p - o) x F_p. Sums run in point order, in four interleaved
  * double sums.
  *
@@ -29,7 +32,7 @@ extern "C" {
 #endif
 
 /* Laws. */
-enum { VXS_CONTACT_ORIGINAL = 1, VXS_CONTACT_AVERAGE = 2 };
+enum { VXS_CONTACT_ORIGINAL = 1, VXS_CONTACT_AVERAGE = 2, VXS_CONTACT_GRADIENT = 3 };
 
 /* How points are weighted.
  *   COUNT         each counts the same: k in N/m per point (the paper)
@@ -45,7 +48,7 @@ enum {
 
 /* Flags of a result. */
 enum {
-    VXS_CONTACT_DEEP = 1 << 0,           /* a point is in an interior cell: it gives no force */
+    VXS_CONTACT_DEEP = 1 << 0,           /* a point is too deep inside to give a force */
     VXS_CONTACT_MEAN_CANCELLED = 1 << 1, /* average: |mean normal| < 0.1, evaluated per patch */
     VXS_CONTACT_OUT_OF_MAP = 1 << 2,     /* the shell's bounding sphere is beyond every map's box: free */
     VXS_CONTACT_OVERFLOW =
@@ -57,7 +60,7 @@ enum {
 /* Config. */
 typedef struct vxs_contact_config {
     uint32_t struct_size;
-    uint32_t law;        /* VXS_CONTACT_ORIGINAL, _AVERAGE (default) */
+    uint32_t law;        /* VXS_CONTACT_ORIGINAL, _AVERAGE (default), _GRADIENT */
     uint32_t weighting;  /* VXS_CONTACT_COUNT (default), _COUNT_CAPPED, _AREA */
     double stiffness;    /* k > 0, finite: [N/m] per point, [N/m^3] with AREA; default 1000 */
     double reference[3]; /* o, the point about which torque is taken, in the shell's frame [m]; default 0 */
@@ -68,8 +71,8 @@ typedef struct vxs_contact_result {
     vxs_wrench wrench; /* on the object, about config.reference; exactly 0 without a colliding point */
     double normal[3];  /* unit mean inward normal of the colliding points; 0 without any or if it cancels */
     double depth;      /* largest d [m] */
-    uint32_t points;   /* colliding: in a surface cell */
-    uint32_t deep_points; /* in an interior cell */
+    uint32_t points;   /* colliding: in a surface cell; gradient: of distance below 0 */
+    uint32_t deep_points; /* in an interior cell; gradient: beyond the distance's band */
     uint32_t patches;     /* 0 without a colliding point, 1, or more after VXS_CONTACT_MEAN_CANCELLED */
     uint32_t probed;      /* points whose cell was looked up; the others were culled */
     uint32_t flags;
@@ -128,6 +131,10 @@ typedef enum vxs_contact_culling {
 /* Also forgets what is known from evaluations before. Returns VXS_OK; VXS_PARAM.
  * Thread: the contact's, rt-safe. */
 VXS_API vxs_result vxs_contact_cull(vxs_contact *contact, uint32_t culling);
+
+/* Whether the law gradient can use the map: it has the channel, with a sign. Without, an evaluation is
+ * VXS_CONTACT_INVALID. Thread: any, rt-safe. */
+VXS_API int vxs_contact_has_signed_distance(const vxs_voxmap *map);
 
 /* Evaluates once. pose: shell frame -> scene frame. statics: count of them, each time in the same order; a
  * point that touches two counts twice. Returns result->flags; never fails: bad input gets a zero wrench and
