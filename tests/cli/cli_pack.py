@@ -5,6 +5,7 @@ import os
 import pathlib
 import random
 import shutil
+import signal
 import subprocess
 import unittest
 
@@ -115,6 +116,28 @@ class Pack(command.CommandTest):
                 self.run_voxshell('verify', 'damaged.voxmap')
                 self.folder.joinpath('damaged.voxmap').unlink()
         self.assertGreater(refused, 20)
+
+    def test_an_interrupt_ends_the_reader_too(self):
+        self.make('large')
+        before = self.listing()
+        for _ in range(20):
+            parent = subprocess.Popen([command.BIN, 'pack', 'large.vdb', '-q'], cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            children = pathlib.Path(f'/proc/{parent.pid}/task/{parent.pid}/children')
+            child = None
+            while parent.poll() is None and child is None:
+                child = next(iter(children.read_text(encoding='ascii').split()), None)
+            if child is not None:
+                os.kill(int(child), signal.SIGSTOP)  # it will not finish now
+                parent.send_signal(signal.SIGINT)
+            out, err = parent.communicate(timeout=60)
+            if parent.returncode == 0:
+                self.folder.joinpath('large.voxmap').unlink()  # it was faster than we
+                continue
+            self.assertEqual((parent.returncode, out, err), (130, b'', b'voxshell pack: interrupted\n'))
+            self.assertFalse(pathlib.Path(f'/proc/{child}').exists())
+            self.assertEqual(self.listing(), before)
+            return
+        self.fail('never caught the reader at work')
 
     @unittest.skipUnless(shutil.which('vdb_tool') and shutil.which('vdb_print'), 'vdb_tool is not here (package libopenvdb-tools)')
     def test_openvdb_s_own_tools_at_both_ends(self):

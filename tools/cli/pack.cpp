@@ -64,7 +64,9 @@ ExitCode pack(const PackOptions &o)
                       "pack writes .voxmap; for other endings use voxshell export");
     if (asset_kind(input) != AssetKind::vdb)
         throw Failure(ExitCode::usage, input.string(), "pack reads a .vdb");
-    VdbFile vdb = read_vdb(input, &o.foreign);
+    const std::unique_ptr<Progress> progress = make_progress(o.progress, o.quiet);
+    progress->stage("read", 0);
+    VdbFile vdb = read_vdb(input, &o.foreign, progress.get());
     if (vdb.foreign) {
         vdb.meta = meta(*vdb.foreign, o);
         if (!o.quiet) tell(*vdb.foreign, o.input);
@@ -118,7 +120,7 @@ VerbAction add_pack(CLI::App &verb)
             "world unit of another program's file: mm, cm, m or in (default m)")
         ->check(CLI::IsMember({"mm", "cm", "m", "in"}))
         ->type_name("UNIT");
-    add_shared(verb, *o, {Shared::jobs, Shared::force, Shared::quiet});
+    add_shared(verb, *o, {Shared::jobs, Shared::force, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);
         return pack(*o);

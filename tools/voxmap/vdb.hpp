@@ -76,7 +76,9 @@ struct VdbFile {
 /// there are several grids and none is named, unsupported for other grids and transforms, requirement for a
 /// voxel or a box beyond the format's limits, invalid where nothing is inside, or everything, or a value is
 /// not finite.
-VdbFile read_vdb(const std::filesystem::path &path, const ForeignGrid *foreign = nullptr);
+/// `progress`, if given, is asked every 50 ms whether to go on.
+VdbFile read_vdb(const std::filesystem::path &path, const ForeignGrid *foreign = nullptr,
+                 Progress *progress = nullptr);
 
 /// Whether the UUID at bytes 21..56 is the one that vdb_bytes() derives from the other bytes: false for a
 /// file that is damaged or that another program saved.

@@ -168,8 +168,8 @@ std::string printable(std::string text)
 /// The parent's end: reads until a deadline; whatever happens, the child is gone afterwards.
 class Child {
   public:
-    Child(pid_t pid, int pipe, std::uint64_t seconds)
-        : pid_(pid), pipe_(pipe), deadline_(Clock::now() + std::chrono::seconds(seconds))
+    Child(pid_t pid, int pipe, std::uint64_t seconds, Progress &progress)
+        : pid_(pid), pipe_(pipe), deadline_(Clock::now() + std::chrono::seconds(seconds)), progress_(progress)
     {
     }
     ~Child()
@@ -191,7 +191,8 @@ class Child {
             const auto left =
                 std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
             const int polled =
-                left <= 0 ? 0 : ::poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(left, 60'000)));
+                left <= 0 ? 0 : ::poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(left, 50)));
+            progress_.check();
             if (polled < 0 && errno != EINTR) return false;
             if (polled == 0 && Clock::now() >= deadline_) {
                 late_ = true;
@@ -232,6 +233,7 @@ class Child {
     pid_t pid_;
     int pipe_;
     Clock::time_point deadline_;
+    Progress &progress_;
     bool late_ = false;
 };
 
@@ -354,8 +356,9 @@ void check_cells(const Cells &cells)
     }
 }
 
-VdbFile read_vdb(const std::filesystem::path &path, const ForeignGrid *foreign)
+VdbFile read_vdb(const std::filesystem::path &path, const ForeignGrid *foreign, Progress *progress)
 {
+    Progress silent;
     const Limits limits(readable_size(path), foreign != nullptr);
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) throw Failure(ExitCode::system, path.string(), std::strerror(errno));
@@ -372,7 +375,7 @@ VdbFile read_vdb(const std::filesystem::path &path, const ForeignGrid *foreign)
         child(ends[1], path, foreign, limits);
     }
     ::close(ends[1]);
-    Child reader(pid, ends[0], 10 * limits.seconds);
+    Child reader(pid, ends[0], 10 * limits.seconds, progress ? *progress : silent);
     try {
         VdbFile file = receive(reader, limits);
         if (file.foreign) file.source_hash = hash_of(path);

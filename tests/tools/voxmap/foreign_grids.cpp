@@ -111,6 +111,7 @@ const std::map<std::string, std::function<openvdb::GridPtrVec()>> &makers()
 {
     static const std::map<std::string, std::function<openvdb::GridPtrVec()>> table = {
         {"ball", [] { return openvdb::GridPtrVec{ball(0.02, 0.001)}; }},
+        {"large", [] { return openvdb::GridPtrVec{ball(0.2, 0.002)}; }},
         {"mask", [] { return openvdb::GridPtrVec{slab("mask")}; }},
         {"two",
          [] {
