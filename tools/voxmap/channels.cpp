@@ -3,18 +3,18 @@
 
 #include "voxmap/crossings.hpp"
 #include "voxmap/dilate.hpp"
+#include "voxmap/lattice_plane.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 namespace voxshell {
 namespace {
-
-__extension__ typedef __int128 Wide;
 
 using Vec = std::array<double, 3>; ///< in cells, relative to a brick's minimum corner
 
@@ -320,34 +320,32 @@ VXS_CLONES bool quantise(const Nearest &nearest, const CellMask &inside, double 
 std::vector<CellMask> inside_masks(const Cells &cells, const LatticeMesh &mesh, const WindingNumber &winding,
                                    bool closed_and_oriented, Progress &progress)
 {
-    const Crossings crossings = closed_and_oriented ? Crossings(mesh, cells, progress) : Crossings();
+    std::optional<Crossings> crossings;
+    if (closed_and_oriented) crossings.emplace(mesh, cells, progress);
     std::vector<CellMask> inside(cells.bricks.size());
     progress.stage("signs", cells.bricks.size());
+    const auto mark_by_winding = [&](const Brick &brick, CellMask &mask) {
+        for (std::size_t i = 0; i < 8; ++i)
+            for (std::uint64_t left = brick.surface[i]; left; left &= left - 1) {
+                const int bit = std::countr_zero(left), local[3] = {static_cast<int>(i), bit >> 3, bit & 7};
+                Point center;
+                for (std::size_t a = 0; a < 3; ++a)
+                    center[a] =
+                        cells.voxel *
+                        (static_cast<double>(cells.origin[a] + 8 * std::int64_t{brick.at[a]} + local[a]) +
+                         0.5);
+                if (std::abs(winding.at(center)) >= 0.5) mask[i] |= std::uint64_t{1} << bit;
+            }
+    };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), 256),
                       [&](const tbb::blocked_range<std::size_t> &range) {
-                          progress.check();
                           for (std::size_t b = range.begin(); b != range.end(); ++b) {
-                              const Brick &brick = cells.bricks[b];
-                              inside[b] = brick.interior;
-                              for (std::size_t i = 0; i < 8; ++i)
-                                  for (std::uint64_t left = brick.surface[i]; left; left &= left - 1) {
-                                      const int bit = std::countr_zero(left),
-                                                local[3] = {static_cast<int>(i), bit >> 3, bit & 7};
-                                      bool in;
-                                      if (closed_and_oriented) {
-                                          in = crossings.winding(brick.at, local) != 0;
-                                      } else {
-                                          Point center;
-                                          for (std::size_t a = 0; a < 3; ++a)
-                                              center[a] = cells.voxel *
-                                                          (static_cast<double>(cells.origin[a] +
-                                                                               8 * std::int64_t{brick.at[a]} +
-                                                                               local[a]) +
-                                                           0.5);
-                                          in = std::abs(winding.at(center)) >= 0.5;
-                                      }
-                                      if (in) inside[b][i] |= std::uint64_t{1} << bit;
-                                  }
+                              if (((b - range.begin()) & 15) == 0) progress.check();
+                              inside[b] = cells.bricks[b].interior;
+                              if (crossings)
+                                  crossings->mark(cells.bricks[b], inside[b]);
+                              else
+                                  mark_by_winding(cells.bricks[b], inside[b]);
                           }
                           progress.advance(range.size());
                       });

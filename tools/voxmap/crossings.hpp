@@ -4,9 +4,10 @@
 
 #include "cli/progress.hpp"
 #include "voxmap/cells.hpp"
+#include "voxmap/dilate.hpp"
 
-#include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace voxshell {
@@ -17,18 +18,25 @@ namespace voxshell {
 /// all triangles: all in integers.
 class Crossings {
   public:
-    Crossings() = default;
+    /// `cells`: holds every surface cell of the mesh.
     Crossings(const LatticeMesh &mesh, const Cells &cells, Progress &progress);
-    /// Winding of the centre of cell `local` (0..7 per axis) of brick `at` (relative to the cells' origin).
-    int winding(const BrickAt &at, const int local[3]) const;
+    /// Adds to `inside` the surface cells of a brick of `cells` whose centres' winding is not 0.
+    void mark(const Brick &brick, CellMask &inside) const;
 
   private:
     struct Crossing {
-        std::uint64_t row; ///< i << 32 | j, cells relative to the origin
-        std::int32_t k;    ///< first cell whose centre lies above the crossing
-        std::int32_t sum;  ///< winding from there on
+        std::int32_t k;   ///< first cell whose centre lies above the crossing
+        std::int32_t sum; ///< winding from there on
+        auto operator<=>(const Crossing &) const = default;
     };
-    std::vector<Crossing> crossings_; ///< sorted by row, then k
+    using Column = std::pair<std::int32_t, std::int32_t>; ///< (i, j) of bricks
+    template<class Visit>
+    void each_rows(const LatticeMesh &mesh, std::size_t triangle, Visit &&visit) const;
+
+    Cell origin_;
+    std::vector<Column> columns_;      ///< sorted
+    std::vector<std::uint32_t> start_; ///< of row 64 c + 8 i + j of column c: [start_[row], start_[row + 1])
+    std::vector<Crossing> crossings_;  ///< a row's in ascending order
 };
 
 } // namespace voxshell

@@ -16,6 +16,8 @@
 // one coordinate plane: three 8 x 8 masks decide them, and their product leaves few cells for the plane test.
 #include "voxmap/voxelize.hpp"
 
+#include "voxmap/lattice_plane.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <tbb/blocked_range.h>
@@ -24,8 +26,6 @@
 
 namespace voxshell {
 namespace {
-
-__extension__ typedef __int128 Wide;
 
 constexpr std::uint64_t every_byte = 0x0101010101010101;
 
@@ -42,31 +42,6 @@ Int narrowed(Wide value)
     // Saturation keeps the comparison's outcome: the other side is below 2^62.
     constexpr Wide limit = Wide{1} << 62;
     return static_cast<Int>(std::clamp(value, -limit, limit));
-}
-
-/// Cells of one coordinate plane, bit 8 x + y, with na x + nb y >= least.
-template<class Int>
-std::uint64_t half_plane(Int na, Int nb, Int least)
-{
-    // Edges of up to 256 cells: four rows x at once, in 32 bits.
-    constexpr Int small = Int{1} << 24;
-    if (-small <= na && na <= small && -small <= nb && nb <= small) {
-        typedef std::int32_t Rows __attribute__((vector_size(16)));
-        typedef std::uint8_t Bytes __attribute__((vector_size(4)));
-        const auto a = static_cast<std::int32_t>(na), b = static_cast<std::int32_t>(nb),
-                   c = static_cast<std::int32_t>(std::clamp<Int>(least, -32 * small, 32 * small));
-        Rows low = Rows{0, a, 2 * a, 3 * a} - c, high = low + 4 * a, in_low{}, in_high{};
-        for (int y = 0; y < 8; ++y, low += b, high += b) {
-            in_low |= (low >= 0) & (1 << y);
-            in_high |= (high >= 0) & (1 << y);
-        }
-        return std::bit_cast<std::uint32_t>(__builtin_convertvector(in_low, Bytes)) |
-               std::uint64_t{std::bit_cast<std::uint32_t>(__builtin_convertvector(in_high, Bytes))} << 32;
-    }
-    std::uint64_t in = 0;
-    for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y) in |= static_cast<std::uint64_t>(na * x + nb * y >= least) << (8 * x + y);
-    return in;
 }
 
 /// Cells of the coordinate plane (a, b), bit 8 a + b, that no edge axis of this plane separates. `low` and
