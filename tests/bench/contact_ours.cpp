@@ -16,14 +16,27 @@
 namespace voxshell::bench {
 namespace {
 
+constexpr OurMode states(const char *name, std::uint32_t kernel, std::uint32_t culling,
+                         std::uint32_t law = VXS_CONTACT_AVERAGE)
+{
+    return {name, kernel, culling, law, false};
+}
+constexpr OurMode distance(const char *name, std::uint32_t kernel, std::uint32_t culling)
+{
+    return {name, kernel, culling, VXS_CONTACT_GRADIENT, true};
+}
+
 constexpr OurMode modes[] = {
-    {"voxshell states, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE, VXS_CONTACT_AVERAGE},
-    {"voxshell states, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_BRUTE, VXS_CONTACT_AVERAGE},
-    {"voxshell states, culled, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_CULLED, VXS_CONTACT_AVERAGE},
-    {"voxshell states, culled, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_CULLED, VXS_CONTACT_AVERAGE},
-    {"voxshell states, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT, VXS_CONTACT_AVERAGE},
-    {"voxshell states, coherent, AVX2, original law", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT,
-     VXS_CONTACT_ORIGINAL},
+    states("voxshell states, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE),
+    states("voxshell states, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_BRUTE),
+    states("voxshell states, culled, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_CULLED),
+    states("voxshell states, culled, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_CULLED),
+    states("voxshell states, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT),
+    states("voxshell states, coherent, AVX2, original law", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT,
+           VXS_CONTACT_ORIGINAL),
+    distance("voxshell distance, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE),
+    distance("voxshell distance, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_BRUTE),
+    distance("voxshell distance, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT),
 };
 
 /// Bytes as an open asset: written to a file, mapped as the servo loop maps it, and the name given up.
@@ -131,7 +144,7 @@ std::span<const OurMode> our_modes()
     return modes;
 }
 
-std::shared_ptr<const OurMap> make_our_map(const Mesh &mesh, double voxel)
+std::shared_ptr<const OurMap> make_our_map(const Mesh &mesh, double voxel, bool distance)
 {
     Progress silent;
     const LatticeMesh lattice = snap(mesh, voxel);
@@ -140,6 +153,7 @@ std::shared_ptr<const OurMap> make_our_map(const Mesh &mesh, double voxel)
     file.cells = voxelize(lattice, binned, silent);
     const WindingNumber winding(mesh);
     classify(file.cells, winding, silent);
+    if (distance) file.channels = make_channels(file.cells, lattice, binned, winding, true, {0, 3}, silent);
     return std::make_shared<OurMap>(voxmap_bytes(file));
 }
 

@@ -12,13 +12,14 @@ struct OurMode {
     const char *name;
     std::uint32_t kernel;  ///< VXS_CONTACT_SCALAR, VXS_CONTACT_AVX2
     std::uint32_t culling; ///< VXS_CONTACT_BRUTE, VXS_CONTACT_CULLED, VXS_CONTACT_COHERENT
-    std::uint32_t law;     ///< VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE
+    std::uint32_t law;     ///< VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE, VXS_CONTACT_GRADIENT
+    bool distance;         ///< needs a map with the distance channel
 };
 std::span<const OurMode> our_modes();
 
-/// An open voxmap of a mesh.
+/// An open voxmap of a mesh; with `distance` up to three cells from its surface.
 class OurMap;
-std::shared_ptr<const OurMap> make_our_map(const Mesh &mesh, double voxel);
+std::shared_ptr<const OurMap> make_our_map(const Mesh &mesh, double voxel, bool distance);
 double mib_of(const OurMap &map);
 
 std::unique_ptr<Rival> make_our_rival(const OurMode &mode, std::shared_ptr<const OurMap> map,

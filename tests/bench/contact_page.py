@@ -230,6 +230,17 @@ def page(data):
     return '\n'.join(lines) + '\n'
 
 
+def style(rival):
+    """A family has a colour, a member its own mark; ours are thick."""
+    families = (('voxshell states', "'#c00000'", 3), ('voxshell distance', "'#e07000'", 3), ('dense', "'#2060c0'", 1.3), ('OpenVDB', "'#108040'", 1.3),
+                ('NanoVDB', "'#30b060'", 1.3), ('PNanoVDB', "'#80c040'", 1.3))
+    colour, width = next(((c, w) for name, c, w in families if rival.startswith(name)), ("'#606060'", 1.3))
+    marks = {'coherent': 7, 'culled': 6, 'brute': 5, 'nearest': 4, 'trilinear': 8, 'as it comes': 12, 'FCL': 2, 'Bullet': 3}
+    mark = next((m for word, m in marks.items() if word in rival), 1)
+    dashed = 3 if 'scalar' in rival else 1
+    return f'lc rgb {colour} lw {width} dt {dashed} pt {mark} ps 0.6'
+
+
 def plot(data, path):
     """Tick over size, both logarithmic: ours thick."""
     results = Results(data)
@@ -240,12 +251,11 @@ def plot(data, path):
             curves.append((rival, rows))
     curves.sort(key=lambda curve: -max(curve[1])[1])
     blocks = '\n\n\n'.join('\n'.join(f'{x} {y}' for x, y in rows) for _, rows in curves)
-    styles = ', '.join(f"$d index {n} with linespoints lw {3 if rival.startswith(OURS) else 1.3} dt {1 if rival.startswith(OURS) else 2} pt {4 + n % 10} ps 0.5 title '{rival}'"
-                       for n, (rival, _) in enumerate(curves))
+    styles = ', '.join(f"$d index {n} with linespoints {style(rival)} title '{rival}'" for n, (rival, _) in enumerate(curves))
     script = f"""$d << EOD
 {blocks}
 EOD
-set terminal svg size 1000,560 font 'sans-serif,12' background '#ffffff'
+set terminal svg size 900,560 font 'sans-serif,11' background '#ffffff'
 set output '{path}'
 set logscale xy
 set title 'Sphere sliding on the cup, 0.5 mm cells, one thread'
@@ -254,7 +264,7 @@ set ylabel 'tick, p50 [us]'
 set xrange [800:1250000]
 set xtics ('1 k' 1000, '10 k' 10000, '100 k' 100000, '1 M' 1000000)
 set grid ytics lc rgb '#dddddd'
-set key outside right center noenhanced
+set key outside right center noenhanced Left reverse samplen 3
 plot {styles}
 """
     subprocess.run(['gnuplot'], input=script, text=True, check=True)

@@ -231,8 +231,11 @@ int run_rivals(int argc, char **argv, const std::vector<RivalRow> &table)
     try {
         const Options options = parse(argc, argv);
         std::vector<const RivalRow *> rows;
+        const bool exact =
+            std::ranges::any_of(table, [&](const RivalRow &row) { return row.name == options.only; });
         for (const RivalRow &row : table)
-            if (row.name.find(options.only) != std::string::npos) rows.push_back(&row);
+            if (exact ? row.name == options.only : row.name.find(options.only) != std::string::npos)
+                rows.push_back(&row);
         if (options.list) {
             for (const RivalRow *row : rows)
                 fmt::print("{}\t{}\n", row->kind == Kind::points ? "points" : "mesh", row->name);

@@ -5,7 +5,8 @@
 // A program reads jobs from standard input, one a line, `MOTION SIZE VOXEL_MM` ("slide 100000 0.5"), and
 // answers each with a line of JSON per rival and then an empty line. What is built for a job stays for the
 // next one on the same static part, so that a script can go back and forth between programs and a load on the
-// machine hits all alike. Arguments: --list (names, kinds); --only TEXT (rivals whose name contains it);
+// machine hits all alike. Arguments: --list (names, kinds); --only TEXT (the rival of this name, or those
+// that contain it);
 // --budget SECONDS (about, per rival and job: a slow rival is timed at every n-th pose); --count TICKS (for
 // an instruction counter: no timing, so many ticks).
 #pragma once
