@@ -298,8 +298,9 @@ static double sphere_of(const built_point *points, uint32_t count, double center
     for (int axis = 0; axis < 3; axis++) {
         double least = INFINITY, most = -INFINITY;
         for (uint32_t n = 0; n < count; n++) {
-            least = fmin(least, points[n].position[axis]);
-            most = fmax(most, points[n].position[axis]);
+            double at = points[n].position[axis];
+            if (at < least) least = at; /* fmin() and fmax() here stop GCC 12 for AArch64 */
+            if (at > most) most = at;
         }
         center[axis] = (float)((least + most) / 2);
     }
