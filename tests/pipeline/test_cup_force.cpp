@@ -34,10 +34,11 @@ SceneFile cup_scene()
 
 /// The scene's assets, through files, opened by the runtime.
 struct Assets {
-    Assets()
+    explicit Assets(ContactLaw law = ContactLaw::average)
     {
         Progress silent;
-        const SceneFile scene = cup_scene();
+        SceneFile scene = cup_scene();
+        scene.law = law;
         const SceneParts parts = convert_scene(scene, read_geometry(scene), PartOptions{}, silent);
         Outputs outputs(false);
         outputs.add(folder.path / "cup.voxmap", parts.statics.voxmap);
@@ -57,6 +58,7 @@ struct Assets {
         vxs_contact_config config;
         vxs_contact_config_default(&config);
         config.law = law;
+        if (law == VXS_CONTACT_GRADIENT) config.weighting = VXS_CONTACT_AREA;
         const double r = wall + radius + gap;
         const vxs_pose pose = {{r * std::cos(angle), height, r * std::sin(angle)}, {1, 0, 0, 0}};
         vxs_contact_result result;
@@ -138,6 +140,38 @@ TEST_CASE("where the wall is a grid plane, the force begins at the centre of its
         REQUIRE(force > 0);
         const double along = (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
         CHECK(along > std::cos(5 * degree));
+    }
+}
+
+TEST_CASE("with the law gradient the force is that of an elastic foundation")
+{
+    const Assets with_distance(ContactLaw::gradient);
+    REQUIRE(vxs_contact_has_signed_distance(&with_distance.map));
+    // The integral of the depth over the touching surface, a sphere's against a cylinder's, is c depth^2; with flat
+    // triangles the two touch later, by what the triangles lie inside the true surfaces: s, 20 um here.
+    const double c = 1000 * std::numbers::pi / std::sqrt((1 / radius + 1 / wall) / radius);
+    double last_root = 0, last_depth = 0;
+    for (const double depth : {0.0002, 0.0005, 0.0010}) {
+        double root = 0, least = 1e9, most = 0, off = 0;
+        for (int n = 0; n < 64; ++n) {
+            const double angle = 5.625 * n * degree;
+            const vxs_contact_result result = with_distance.at(angle, 0.030 + 0.00037 * n, -depth, VXS_CONTACT_GRADIENT);
+            const double force = length(result.wrench.force), share = std::sqrt(force / c);
+            const double along = (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
+            root += share / 64;
+            least = std::min(least, share);
+            most = std::max(most, share);
+            off = std::max(off, std::acos(std::min(1.0, along)) / degree);
+        }
+        const double sag = depth - root;
+        MESSAGE("depth ", depth, " m: sqrt(F / c) ", root, " m, ", least, " to ", most, ", off by ", off, " degrees at most");
+        CHECK(sag > 0);
+        CHECK(sag < 25e-6);
+        CHECK(most - least < 10e-6);
+        CHECK(off < 0.5);
+        if (last_depth > 0) CHECK((root - last_root) / (depth - last_depth) == doctest::Approx(1).epsilon(0.005));
+        last_root = root;
+        last_depth = depth;
     }
 }
 

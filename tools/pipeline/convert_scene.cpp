@@ -104,6 +104,8 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
 {
     PartOptions with_voxel = options;
     with_voxel.voxel = scene.voxel;
+    constexpr double band = 3; // [cells]: deeper than that a hand has lost the wall
+    if (scene.law == ContactLaw::gradient && with_voxel.channels.distance_cells == 0) with_voxel.channels.distance_cells = band;
     PartOptions moving = with_voxel;
     moving.stands = false;
     moving.channels = {}; // its map is not written, nor is the shell of what stands

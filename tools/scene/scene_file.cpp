@@ -105,7 +105,7 @@ void contact(const JsonPlace &at, SceneFile &scene)
 {
     const JsonObject object(at, {"law", "weighting", "stiffness"});
     if (const auto law = object.find("law")) {
-        scene.law = static_cast<ContactLaw>(law->choice({"original", "average"}));
+        scene.law = static_cast<ContactLaw>(law->choice({"original", "average", "gradient"}));
     }
     if (const auto weighting = object.find("weighting")) {
         scene.weighting = static_cast<Weighting>(weighting->choice({"count", "count-capped", "area"}));

@@ -9,7 +9,7 @@
 //                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in glTF
 //     "dynamic": [{"file": "sphere.glb"}],             exactly one
 //     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
-//         law: original|average; weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
+//         law: original|average|gradient (its map gets a distance channel); weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
 //     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
 //         none | pt2 | {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7}
 //     "device": "sim:phantom-premium-1.5",
@@ -65,7 +65,7 @@ struct HandPath {
     Pose at(double t) const;
 };
 
-enum class ContactLaw { original, average };
+enum class ContactLaw { original, average, gradient };
 enum class Weighting { count, count_capped, area };
 enum class CouplingKind { none, pt2, spring_damper };
 

@@ -58,7 +58,9 @@ vxs_contact_config contact_of(const SceneFile &scene)
 {
     vxs_contact_config config;
     vxs_contact_config_default(&config);
-    config.law = scene.law == ContactLaw::original ? VXS_CONTACT_ORIGINAL : VXS_CONTACT_AVERAGE;
+    config.law = scene.law == ContactLaw::original   ? VXS_CONTACT_ORIGINAL
+                 : scene.law == ContactLaw::gradient ? VXS_CONTACT_GRADIENT
+                                                     : VXS_CONTACT_AVERAGE;
     config.weighting = scene.weighting == Weighting::area           ? VXS_CONTACT_AREA
                        : scene.weighting == Weighting::count_capped ? VXS_CONTACT_COUNT_CAPPED
                                                                     : VXS_CONTACT_COUNT;
@@ -383,7 +385,7 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
             progress.check();
         }
     }
-    const char *law = scene.law == ContactLaw::original ? "original" : "average";
+    const char *law = scene.law == ContactLaw::original ? "original" : scene.law == ContactLaw::gradient ? "gradient" : "average";
     const std::string kind = vxs_coupling_kind_name(config.coupling.kind);
     return {
         {"exchange", fmt::format("{}: pose and velocity in, the last command out", options.device), durations(exchange)},
