@@ -1,9 +1,31 @@
 /* SPDX-License-Identifier: MIT
  *
- * 100 000 ticks, in contact and out of it, with every law and coupling: not one allocation.
- * malloc and its kin are wrapped by the linker and counted.
+ * A million ticks, in contact and out of it, with every law and coupling: not one allocation, system call
+ * (so no lock that waits) or page fault. malloc and its kin are wrapped by the linker and counted. The
+ * ticks run in a child that the kernel ends at its first system call but exit, and whose faults the parent
+ * reads from its usage.
  */
+#define _GNU_SOURCE
 #include "servo_bench.h"
+
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <signal.h>
+#include <stddef.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* Sanitizers call the system as they please, and take their time. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+enum { IS_SANITIZED = 1, TICKS = 100000 };
+#else
+enum { IS_SANITIZED = 0, TICKS = 1000000 };
+#endif
+enum { LAWS = 3, COUPLINGS = 3, BENCHES = LAWS * COUPLINGS };
 
 static long calls;
 
@@ -37,30 +59,111 @@ void __wrap_free(void *memory)
     __real_free(memory);
 }
 
-int main(void)
+/* What a child tells. */
+typedef struct outcome {
+    int is_confined; /* the kernel ends it at a system call */
+    long ticks, contacts, calls, faults;
+} outcome;
+
+static long faults_of(const struct rusage *usage)
 {
-    void *volatile used = malloc(1);
-    free(used);
-    CHECK_INT(calls, 2); /* the wrap is in place */
-    long contacts = 0, ticks = 0;
-    for (uint32_t kind = VXS_COUPLING_NONE; kind <= VXS_COUPLING_SPRING_DAMPER; kind++) {
-        for (uint32_t law = VXS_CONTACT_ORIGINAL; law <= VXS_CONTACT_AVERAGE; law++) {
-            servo_bench b;
-            bench_prepare(&b);
-            b.servo_config.coupling.kind = kind;
-            b.servo_config.contact.law = law;
-            bench_open(&b);
-            CHECK_INT(vxs_device_arm(b.device), VXS_OK);
-            long before = calls;
-            for (int k = 0; k < 17000; k++, ticks++) {
-                vxs_servo_trace row;
-                bench_tick(&b, 0.0105 - 0.0018 * (k % 1000 < 700), &row);
-                contacts += row.points > 0;
-            }
-            CHECK_INT(calls, before);
-            bench_close(&b);
+    return usage->ru_minflt + usage->ru_majflt;
+}
+
+/* From now on any system call but exit_group ends the process. Returns 0 where the kernel cannot. */
+static int confine(void)
+{
+    const struct rlimit no_core = {0, 0};
+    struct sock_filter rules[] = {
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(struct seccomp_data, nr)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_exit_group, 0, 1),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_KILL_PROCESS),
+    };
+    const struct sock_fprog program = {sizeof rules / sizeof *rules, rules};
+    return setrlimit(RLIMIT_CORE, &no_core) == 0 && prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+           prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+static void open_all(servo_bench *benches)
+{
+    const built_floor floor_shape = {-1, 60, 20};
+    for (int n = 0; n < BENCHES; n++) {
+        servo_bench *b = &benches[n];
+        bench_prepare(b);
+        built_free(&b->map_bytes);
+        b->map_bytes = build_floor_map(0.001, &floor_shape, BUILT_DISTANCES);
+        b->map = open_voxmap(&b->map_bytes);
+        b->servo_config.coupling.kind = VXS_COUPLING_NONE + (uint32_t)(n / LAWS);
+        b->servo_config.contact.law = VXS_CONTACT_ORIGINAL + (uint32_t)(n % LAWS);
+        bench_open(b);
+        CHECK_INT(vxs_device_arm(b->device), VXS_OK);
+    }
+}
+
+static void run(servo_bench *benches, int ticks, outcome *out)
+{
+    for (int n = 0; n < BENCHES; n++) {
+        for (int k = 0; k < ticks; k++) {
+            vxs_servo_trace row;
+            bench_tick(&benches[n], 0.0105 - 0.0018 * (k % 1000 < 700), &row);
+            out->contacts += row.points > 0;
+            out->ticks++;
         }
     }
-    CHECK(ticks >= 100000 && contacts > ticks / 10);
+}
+
+/* All ticks in a process of its own; a bad one also does everything that a tick must not. Returns how it
+ * ended (wait). */
+static int run_child(outcome *out, int ticks, int is_bad)
+{
+    struct rusage usage;
+    fflush(NULL);
+    pid_t pid = fork();
+    CHECK(pid >= 0);
+    if (pid == 0) {
+        static servo_bench benches[BENCHES];
+        open_all(benches);
+        run(benches, 2000, out); /* the program's own pages come when they are first needed */
+        char *untouched = mmap(NULL, 1, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        CHECK(untouched != MAP_FAILED);
+        memset(out, 0, sizeof *out);
+        long before = calls;
+        CHECK_INT(getrusage(RUSAGE_SELF, &usage), 0);
+        out->faults = -faults_of(&usage);
+        out->is_confined = !IS_SANITIZED && confine();
+        run(benches, ticks, out);
+        if (is_bad) {
+            void *volatile used = malloc(1);
+            (void)used;
+            *untouched = 1;
+        }
+        out->calls = calls - before;
+        if (is_bad) syscall(SYS_getppid);
+        syscall(SYS_exit_group, 0);
+    }
+    int status;
+    CHECK(wait4(pid, &status, 0, &usage) == pid);
+    out->faults += faults_of(&usage);
+    return status;
+}
+
+int main(void)
+{
+    outcome *out = mmap(NULL, sizeof *out, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    CHECK(out != MAP_FAILED);
+    int status = run_child(out, 100, 1);
+    CHECK(out->calls == 1 && out->faults >= 1);
+    if (out->is_confined) CHECK(WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS);
+
+    status = run_child(out, TICKS / BENCHES + 1, 0);
+    printf("%ld ticks, %ld in contact: %ld allocations, %ld page faults, wait status %d\n", out->ticks,
+           out->contacts, out->calls, out->faults, status);
+    CHECK_INT(status, 0); /* not ended by a system call */
+    CHECK(out->ticks >= TICKS && out->contacts > out->ticks / 10);
+    CHECK_INT(out->calls, 0);
+    if (IS_SANITIZED) return 0;
+    CHECK_INT(out->faults, 0);
+    if (!out->is_confined) SKIP("no seccomp here, system calls went unseen");
     return 0;
 }
