@@ -19,13 +19,14 @@ namespace {
 using Vec = std::array<double, 3>; ///< in cells, relative to a brick's minimum corner
 
 /// One ring after another: the cells that the next dilation adds.
-void make_layers(const Cells &cells, int count, Channels &out)
+void make_layers(const Cells &cells, int count, Channels &out, Progress &progress)
 {
     const std::size_t bricks = cells.bricks.size();
-    const BrickNeighbours neighbours(cells);
+    const BrickNeighbours neighbours(cells, progress);
     std::vector<CellMask> covered(bricks);
     out.layer.resize(bricks);
     tbb::parallel_for(std::size_t{0}, bricks, [&](std::size_t b) {
+        if ((b & 1023) == 0) progress.check();
         covered[b] = cells.bricks[b].surface;
         for (std::size_t c = 0; c < 512; ++c) {
             const bool surface = cells.bricks[b].surface[c >> 6] >> (c & 63) & 1,
@@ -34,7 +35,7 @@ void make_layers(const Cells &cells, int count, Channels &out)
         }
     });
     for (int ring = 1; ring <= count; ++ring) {
-        std::vector<CellMask> wider = dilate(covered, neighbours);
+        std::vector<CellMask> wider = dilate(covered, neighbours, progress);
         tbb::parallel_for(std::size_t{0}, bricks, [&](std::size_t b) {
             for (std::size_t i = 0; i < 8; ++i)
                 for (std::uint64_t fresh = wider[b][i] & ~covered[b][i]; fresh; fresh &= fresh - 1) {
@@ -396,10 +397,11 @@ void make_distance(const Cells &cells, const LatticeMesh &mesh, const BrickTrian
 
 /// Bricks of one state, all of them beyond the layers' reach: they may become uniform again
 /// (formats/voxmap.md M306).
-std::vector<std::uint8_t> silent_bricks(const Cells &cells, const Channels &channels)
+std::vector<std::uint8_t> silent_bricks(const Cells &cells, const Channels &channels, Progress &progress)
 {
     std::vector<std::uint8_t> silent(cells.bricks.size());
-    for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
+    tbb::parallel_for(std::size_t{0}, cells.bricks.size(), [&](std::size_t b) {
+        if ((b & 1023) == 0) progress.check();
         const Brick &brick = cells.bricks[b];
         std::uint64_t surface = 0, any = 0, all = ~std::uint64_t{0};
         for (std::size_t i = 0; i < 8; ++i)
@@ -408,7 +410,7 @@ std::vector<std::uint8_t> silent_bricks(const Cells &cells, const Channels &chan
         for (std::size_t c = 0; c < 512 && quiet && !channels.layer.empty(); ++c)
             quiet = std::abs(channels.layer[b][c]) == channels.layer_count + 1;
         silent[b] = quiet;
-    }
+    });
     return silent;
 }
 
@@ -425,9 +427,10 @@ Channels make_channels(Cells &cells, const LatticeMesh &mesh, const BrickTriangl
     if (request.layers == 0 && request.distance_cells == 0) return out;
     // A centre nearer than d to a point of the mesh is less than d + 1/2 cells from that point's cell, along
     // each axis.
-    widen(cells, std::max(request.layers, static_cast<int>(std::ceil(request.distance_cells + 0.5)) - 1));
-    if (request.layers > 0) make_layers(cells, request.layers, out);
-    std::vector<std::uint8_t> silent = silent_bricks(cells, out);
+    widen(cells, std::max(request.layers, static_cast<int>(std::ceil(request.distance_cells + 0.5)) - 1),
+          progress);
+    if (request.layers > 0) make_layers(cells, request.layers, out, progress);
+    std::vector<std::uint8_t> silent = silent_bricks(cells, out, progress);
     if (request.distance_cells > 0)
         make_distance(cells, mesh, binned, winding, closed_and_oriented, request.distance_cells, silent, out,
                       progress);

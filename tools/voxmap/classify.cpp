@@ -313,11 +313,11 @@ Classification classify_closing(Cells &cells, const WindingNumber &winding, doub
     Cells thick = cells;
     for (int left = static_cast<int>(wanted); left > 0;) {
         const int step = std::min(left, 8);
-        widen(thick, step);
-        const BrickNeighbours neighbours(thick);
+        widen(thick, step, progress);
+        const BrickNeighbours neighbours(thick, progress);
         std::vector<CellMask> masks(thick.bricks.size());
         for (std::size_t b = 0; b < masks.size(); ++b) masks[b] = thick.bricks[b].surface;
-        for (int ring = 0; ring < step; ++ring) masks = dilate(masks, neighbours);
+        for (int ring = 0; ring < step; ++ring) masks = dilate(masks, neighbours, progress);
         for (std::size_t b = 0; b < masks.size(); ++b) thick.bricks[b].surface = masks[b];
         left -= step;
     }

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
+#include <numeric>
+#include <span>
 #include <tbb/parallel_for.h>
 
 namespace voxshell {
@@ -33,84 +36,142 @@ struct Neighbourhood {
     }
 };
 
-} // namespace
-
-/// Adds every brick that has a cell within `reach` cells (Chebyshev) of a surface cell. Solid runs give way.
-void widen(Cells &cells, int reach)
+/// Bit 9 (i + 1) + 3 (j + 1) + k + 1: the neighbour (i, j, k) has a cell within `reach` of a surface cell of
+/// the brick.
+std::uint32_t reached(const Brick &b, int reach)
 {
-    std::vector<BrickAt> wanted;
-    for (const Brick &b : cells.bricks) {
-        std::uint64_t all = 0;
-        int low[3] = {8, 0, 0}, high[3] = {-1, 0, 0};
-        for (int i = 0; i < 8; ++i)
-            if (b.surface[i]) all |= b.surface[i], low[0] = std::min(low[0], i), high[0] = i;
-        if (!all) continue;
-        std::uint64_t row = all | all >> 32;
-        row |= row >> 16;
-        row = (row | row >> 8) & 0xff;
-        low[1] = std::countr_zero(all) / 8, high[1] = 7 - std::countl_zero(all) / 8;
-        low[2] = std::countr_zero(row), high[2] = 63 - std::countl_zero(row);
-        const auto reaches = [&](int axis, int step) {
-            return step == 0 || (step < 0 ? low[axis] - reach < 0 : high[axis] + reach > 7);
-        };
-        for (int i = -1; i <= 1; ++i)
-            for (int j = -1; j <= 1; ++j)
-                for (int k = -1; k <= 1; ++k)
-                    if ((i || j || k) && reaches(0, i) && reaches(1, j) && reaches(2, k))
-                        wanted.push_back({b.at[0] + i, b.at[1] + j, b.at[2] + k});
-    }
-    std::sort(wanted.begin(), wanted.end());
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-
-    // The band may leave the box: move the origin down by whole chunks so that bricks stay >= 0.
-    Cell shift{};
-    for (const BrickAt &at : wanted)
-        for (int a = 0; a < 3; ++a)
-            if (at[a] < 0) shift[a] = VXS_VOXMAP_CHUNK_BRICKS;
-    const auto moved = [&](const BrickAt &at) {
-        return BrickAt{at[0] + static_cast<std::int32_t>(shift[0]),
-                       at[1] + static_cast<std::int32_t>(shift[1]),
-                       at[2] + static_cast<std::int32_t>(shift[2])};
+    std::uint64_t all = 0;
+    int low[3] = {8, 0, 0}, high[3] = {-1, 0, 0};
+    for (int i = 0; i < 8; ++i)
+        if (b.surface[i]) all |= b.surface[i], low[0] = std::min(low[0], i), high[0] = i;
+    if (!all) return 0;
+    std::uint64_t row = all | all >> 32;
+    row |= row >> 16;
+    row = (row | row >> 8) & 0xff;
+    low[1] = std::countr_zero(all) / 8, high[1] = 7 - std::countl_zero(all) / 8;
+    low[2] = std::countr_zero(row), high[2] = 63 - std::countl_zero(row);
+    const auto reaches = [&](int axis, int step) {
+        return step == 0 || (step < 0 ? low[axis] - reach < 0 : high[axis] + reach > 7);
     };
-    for (Brick &b : cells.bricks) b.at = moved(b.at);
-    for (SolidRun &r : cells.solid) {
-        r.i += static_cast<std::int32_t>(shift[0]), r.j += static_cast<std::int32_t>(shift[1]);
-        r.first += static_cast<std::int32_t>(shift[2]), r.last += static_cast<std::int32_t>(shift[2]);
-    }
-    for (int a = 0; a < 3; ++a) cells.origin[a] -= 8 * shift[a];
-
-    std::vector<Brick> merged;
-    std::vector<SolidRun> solid;
-    merged.reserve(cells.bricks.size() + wanted.size());
-    std::size_t b = 0, run = 0;
-    SolidRun rest = cells.solid.empty() ? SolidRun{INT32_MAX, 0, 0, 0} : cells.solid[0];
-    const auto next_run = [&] {
-        rest = ++run < cells.solid.size() ? cells.solid[run] : SolidRun{INT32_MAX, 0, 0, 0};
-    };
-    for (const BrickAt &unmoved : wanted) {
-        const BrickAt at = moved(unmoved);
-        while (b < cells.bricks.size() && cells.bricks[b].at < at) merged.push_back(cells.bricks[b++]);
-        if (b < cells.bricks.size() && cells.bricks[b].at == at) continue;
-        while (BrickAt{rest.i, rest.j, rest.last} < at) solid.push_back(rest), next_run();
-        Brick extra;
-        extra.at = at;
-        if (rest.i == at[0] && rest.j == at[1] && rest.first <= at[2]) {
-            extra.interior.fill(~std::uint64_t{0});
-            if (rest.first < at[2]) solid.push_back({rest.i, rest.j, rest.first, at[2] - 1});
-            rest.first = at[2] + 1;
-            if (rest.first > rest.last) next_run();
-        }
-        merged.push_back(extra);
-    }
-    merged.insert(merged.end(), cells.bricks.begin() + static_cast<std::ptrdiff_t>(b), cells.bricks.end());
-    for (; run < cells.solid.size(); next_run()) solid.push_back(rest);
-    cells.bricks = std::move(merged);
-    cells.solid = std::move(solid);
+    std::uint32_t out = 0;
+    for (int n = 0; n < 27; ++n)
+        if (reaches(0, n / 9 - 1) && reaches(1, n / 3 % 3 - 1) && reaches(2, n % 3 - 1)) out |= 1u << n;
+    return out;
 }
 
-BrickNeighbours::BrickNeighbours(const Cells &cells) : at(cells.bricks.size())
+/// Cells move to an origin that lies `shift` bricks lower.
+void lower_origin(Cells &cells, const BrickAt &shift)
+{
+    if (shift == BrickAt{}) return;
+    for (Brick &b : cells.bricks)
+        for (std::size_t a = 0; a < 3; ++a) b.at[a] += shift[a];
+    for (SolidRun &r : cells.solid) r.i += shift[0], r.j += shift[1], r.first += shift[2], r.last += shift[2];
+    for (std::size_t a = 0; a < 3; ++a) cells.origin[a] -= 8 * std::int64_t{shift[a]};
+}
+
+using Column = std::pair<std::int32_t, std::int32_t>; ///< (i, j) of bricks
+
+/// What of a list sorted by columns lies in one of them.
+template<class List, class ColumnOf>
+auto in_column(List &list, const Column &column, const ColumnOf &column_of)
+{
+    const auto first =
+        std::partition_point(list.begin(), list.end(), [&](const auto &x) { return column_of(x) < column; });
+    return std::span(first,
+                     std::find_if(first, list.end(), [&](const auto &x) { return column_of(x) != column; }));
+}
+
+} // namespace
+
+// Column by column: the bricks that a column of bricks gets come from its own and the eight columns around
+// it.
+void widen(Cells &cells, int reach, Progress &progress)
+{
+    std::vector<std::uint32_t> reaches(cells.bricks.size());
+    tbb::parallel_for(std::size_t{0}, reaches.size(),
+                      [&](std::size_t b) { reaches[b] = reached(cells.bricks[b], reach); });
+    progress.check();
+
+    // The band may leave the box: the origin moves down by whole chunks so that bricks stay >= 0.
+    constexpr std::uint32_t downwards[3] = {0x1ff, 0x1c0e07, 0x1249249}; // reached bits of step -1 per axis
+    BrickAt shift{};
+    for (std::size_t b = 0; b < reaches.size(); ++b)
+        for (std::size_t a = 0; a < 3; ++a)
+            if (cells.bricks[b].at[a] == 0 && reaches[b] & downwards[a]) shift[a] = VXS_VOXMAP_CHUNK_BRICKS;
+    lower_origin(cells, shift);
+
+    const auto brick_column = [](const Brick &b) { return Column{b.at[0], b.at[1]}; };
+    const auto run_column = [](const SolidRun &r) { return Column{r.i, r.j}; };
+    std::vector<Column> columns;
+    for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
+        const auto [i, j] = brick_column(cells.bricks[b]);
+        if (b != 0 && brick_column(cells.bricks[b - 1]) == Column{i, j}) continue;
+        for (int n = 0; n < 9; ++n) columns.emplace_back(i + n / 3 - 1, j + n % 3 - 1);
+    }
+    for (const SolidRun &r : cells.solid) columns.push_back(run_column(r));
+    std::sort(columns.begin(), columns.end());
+    columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+
+    struct Part {
+        std::vector<std::int32_t> fresh; ///< k of bricks to add
+        std::vector<SolidRun> solid;     ///< what they leave of the solid runs
+    };
+    std::vector<Part> parts(columns.size());
+    std::vector<std::size_t> start(columns.size() + 1, 0);
+    tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t c) {
+        if ((c & 255) == 0) progress.check();
+        const auto [i, j] = columns[c];
+        std::vector<std::int32_t> wanted;
+        for (int n = 0; n < 27; n += 3)
+            for (const Brick &b : in_column(cells.bricks, {i - n / 9 + 1, j - n / 3 % 3 + 1}, brick_column))
+                for (int k = 0; k < 3; ++k)
+                    if (reaches[static_cast<std::size_t>(&b - cells.bricks.data())] >> (n + k) & 1)
+                        wanted.push_back(b.at[2] + k - 1);
+        std::sort(wanted.begin(), wanted.end());
+        wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+        std::vector<std::int32_t> own;
+        for (const Brick &b : in_column(cells.bricks, columns[c], brick_column)) own.push_back(b.at[2]);
+        std::set_difference(wanted.begin(), wanted.end(), own.begin(), own.end(),
+                            std::back_inserter(parts[c].fresh));
+        for (const SolidRun &r : in_column(cells.solid, columns[c], run_column)) {
+            std::int32_t first = r.first;
+            for (auto k = std::lower_bound(parts[c].fresh.begin(), parts[c].fresh.end(), r.first);
+                 k != parts[c].fresh.end() && *k <= r.last; ++k) {
+                if (first < *k) parts[c].solid.push_back({i, j, first, *k - 1});
+                first = *k + 1;
+            }
+            if (first <= r.last) parts[c].solid.push_back({i, j, first, r.last});
+        }
+        start[c + 1] = own.size() + parts[c].fresh.size();
+    });
+    std::partial_sum(start.begin(), start.end(), start.begin());
+
+    std::vector<Brick> merged(start.back());
+    tbb::parallel_for(std::size_t{0}, columns.size(), [&](std::size_t c) {
+        const auto own = in_column(cells.bricks, columns[c], brick_column);
+        const auto runs = in_column(cells.solid, columns[c], run_column);
+        auto brick = own.begin();
+        auto run = runs.begin();
+        Brick *out = merged.data() + start[c];
+        for (const std::int32_t k : parts[c].fresh) {
+            while (brick != own.end() && brick->at[2] < k) *out++ = *brick++;
+            while (run != runs.end() && run->last < k) ++run;
+            out->at = {columns[c].first, columns[c].second, k};
+            if (run != runs.end() && run->first <= k) out->interior.fill(~std::uint64_t{0});
+            ++out;
+        }
+        std::copy(brick, own.end(), out);
+    });
+    cells.bricks = std::move(merged);
+    cells.solid.clear();
+    for (const Part &part : parts)
+        cells.solid.insert(cells.solid.end(), part.solid.begin(), part.solid.end());
+}
+
+BrickNeighbours::BrickNeighbours(const Cells &cells, Progress &progress) : at(cells.bricks.size())
 {
     tbb::parallel_for(std::size_t{0}, cells.bricks.size(), [&](std::size_t b) {
+        if ((b & 1023) == 0) progress.check();
         const BrickAt &own = cells.bricks[b].at;
         for (int n = 0; n < 27; n += 3) { // three neighbours along k lie side by side
             const BrickAt first{own[0] + n / 9 - 1, own[1] + n / 3 % 3 - 1, own[2] - 1};
@@ -126,10 +187,12 @@ BrickNeighbours::BrickNeighbours(const Cells &cells) : at(cells.bricks.size())
     });
 }
 
-std::vector<CellMask> dilate(const std::vector<CellMask> &masks, const BrickNeighbours &neighbours)
+std::vector<CellMask> dilate(const std::vector<CellMask> &masks, const BrickNeighbours &neighbours,
+                             Progress &progress)
 {
     std::vector<CellMask> out(masks.size());
     tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t b) {
+        if ((b & 1023) == 0) progress.check();
         Neighbourhood around;
         for (std::size_t n = 0; n < 27; ++n)
             if (neighbours.at[b][n] != BrickNeighbours::none) around.word[n] = masks[neighbours.at[b][n]];

@@ -2,6 +2,7 @@
 // Growing sets of cells, brick by brick: what layers, bands and closed gaps are made of.
 #pragma once
 
+#include "cli/progress.hpp"
 #include "voxmap/cells.hpp"
 
 #include <array>
@@ -14,18 +15,19 @@ using CellMask = std::array<std::uint64_t, 8>; ///< 512 cells of a brick, in Bri
 
 /// Adds to `cells` every brick that has a cell within `reach` (1..8) cells, Chebyshev, of a surface cell;
 /// solid runs give way. The cells' states stay; the origin may move down by a chunk.
-void widen(Cells &cells, int reach);
+void widen(Cells &cells, int reach, Progress &progress);
 
 /// The 27 bricks around each brick (itself in the middle, at 13), or `none`.
 struct BrickNeighbours {
     static constexpr std::uint32_t none = UINT32_MAX;
-    explicit BrickNeighbours(const Cells &cells);
+    BrickNeighbours(const Cells &cells, Progress &progress);
     std::vector<std::array<std::uint32_t, 27>>
         at; ///< brick (i, j, k) of -1..1 at 9 (i + 1) + 3 (j + 1) + k + 1
 };
 
 /// Each mask grown by one cell in the Chebyshev metric, within the bricks that there are.
-std::vector<CellMask> dilate(const std::vector<CellMask> &masks, const BrickNeighbours &neighbours);
+std::vector<CellMask> dilate(const std::vector<CellMask> &masks, const BrickNeighbours &neighbours,
+                             Progress &progress);
 
 /// Turns the bricks for which `silent[b]` is set, all of one state, back into free space or solid runs. The
 /// others keep their order; `kept` lists them.
