@@ -92,17 +92,18 @@ static int meets_box(const vxs_voxmap *map, const vxs_pointshell *shell, const v
     return outside <= reach * reach; /* a NaN is outside */
 }
 
-/* The hits of one static: none if the shell is away from its box. Returns whether it is near. */
-static int find_hits(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map, const vxsi_placement *place)
+/* Lists what to look at in one static: nothing if the shell is away from its box. Returns whether it is near.
+ */
+static int approach(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map, const vxsi_placement *place)
 {
     vxsi_span *span = &s->span;
-    span->first = contact->hits.count;
+    s->run_first = contact->run_count;
     int is_near = meets_box(map, &contact->shell, place);
     if (is_near)
         vxsi_contact_walk(contact, s, map, place);
     else
         s->root = NULL;
-    span->last = contact->hits.count;
+    s->run_last = contact->run_count;
     span->has_area = (contact->hits.take & VXSI_TAKE_AREA) != 0;
     span->voxel = map->voxel;
     memcpy(span->rotation, place->rotation, sizeof span->rotation);
@@ -230,6 +231,7 @@ vxs_result vxs_contact_config_check(const vxs_contact_config *config)
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
     if (config->law < VXS_CONTACT_ORIGINAL || config->law > VXS_CONTACT_GRADIENT) return VXS_PARAM;
     if (config->weighting < VXS_CONTACT_COUNT || config->weighting > VXS_CONTACT_AREA) return VXS_PARAM;
+    if (config->most_points && config->weighting != VXS_CONTACT_AREA) return VXS_PARAM;
     for (int i = 0; i < 3; i++) {
         if (!isfinite(config->reference[i])) return VXS_PARAM;
     }
@@ -276,22 +278,26 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     const int is_gradient = config->law == VXS_CONTACT_GRADIENT;
     hits->take = (is_gradient ? VXSI_TAKE_INTERIOR : VXSI_TAKE_NORMAL) |
                  (config->weighting == VXS_CONTACT_AREA ? VXSI_TAKE_AREA : 0);
-    contact->probed = contact->wrong_skips = 0;
+    contact->probed = contact->wrong_skips = contact->run_count = contact->wanted_clusters = 0;
+    if (config->most_points && !contact->has_levels) return result->flags = VXS_CONTACT_INVALID;
     int is_near = 0;
     for (uint32_t n = 0; n < count; n++) {
         vxsi_placement place;
         if (is_gradient && !vxs_contact_has_signed_distance(statics[n].map))
             return result->flags = VXS_CONTACT_INVALID;
         if (!place_shell(&statics[n], turn, pose, &place)) return result->flags = VXS_CONTACT_INVALID;
-        is_near |= find_hits(contact, &contact->statics[n], statics[n].map, &place);
+        is_near |= approach(contact, &contact->statics[n], statics[n].map, &place);
     }
     if (!is_near) result->flags |= VXS_CONTACT_OUT_OF_MAP;
+    if (!vxsi_contact_look(contact, statics, count, config->most_points))
+        result->flags |= VXS_CONTACT_OVER_BUDGET;
     if (hits->deep_count > 0) result->flags |= VXS_CONTACT_DEEP;
     if (hits->overflow) result->flags |= VXS_CONTACT_OVERFLOW;
     if (contact->wrong_skips) result->flags |= VXS_CONTACT_WRONG_SKIP;
     result->deep_points = hits->deep_count;
     result->points = hits->count;
     result->probed = contact->probed;
+    result->level = contact->level;
     if (hits->count == 0) return result->flags;
 
     if (is_gradient) {

@@ -70,19 +70,16 @@ static uint32_t points_of(const vxs_contact *contact, uint32_t first, uint32_t l
     return end - *begin;
 }
 
-static void look(vxs_contact *contact, const vxs_voxmap *map, const vxsi_motion *motion, uint32_t first,
-                 uint32_t last)
+static void want(vxs_contact *contact, uint32_t first, uint32_t last)
 {
-    uint32_t begin, count = points_of(contact, first, last, &begin);
-    contact->probed += count;
-    contact->kernel->probe(map, &contact->shell, motion, begin, begin + count, &contact->hits);
+    contact->runs[contact->run_count++] = (vxsi_run){first, last};
+    contact->wanted_clusters += last - first;
 }
 
 typedef struct walk {
     vxs_contact *contact;
     vxsi_static *s;
     const vxs_voxmap *map;
-    vxsi_motion motion;
     double need; /* a part that is due later than this stays free in this evaluation */
     int is_coherent;
 } walk;
@@ -105,7 +102,7 @@ static void skip(walk *w, uint32_t first, uint32_t last, int is_deep)
     if (is_deep) contact->hits.deep_count += count;
     if (contact->culling != VXS_CONTACT_CHECKED) return;
     vxsi_hits found = {.capacity = 0};
-    vxsi_probe_scalar(w->map, &contact->shell, &w->motion, begin, begin + count, &found);
+    vxsi_probe_scalar(w->map, &contact->shell, &w->s->motion, begin, begin + count, &found);
     if (found.overflow || found.deep_count != (is_deep ? count : 0)) contact->wrong_skips++;
 }
 
@@ -123,7 +120,7 @@ static uint64_t judge(walk *w, const vxsi_spheres *spheres, uint32_t first, uint
                       vxsi_verdict *verdict)
 {
     if (!wanted) return 0;
-    w->contact->kernel->cull(w->map, spheres, first, wanted, &w->motion, verdict);
+    w->contact->kernel->cull(w->map, spheres, first, wanted, &w->s->motion, verdict);
     verdict->is_free &= wanted;
     verdict->is_deep &= w->contact->hits.take & VXSI_TAKE_INTERIOR ? 0 : wanted;
     uint64_t left = wanted & ~verdict->is_free;
@@ -151,7 +148,7 @@ static void walk_group(walk *w, uint32_t group)
     }
     while (must) { /* runs of clusters */
         uint32_t first = lowest(must), length = ~(must >> first) ? lowest(~(must >> first)) : VXSI_BATCH;
-        look(w->contact, w->map, &w->motion, base + first, base + first + length);
+        want(w->contact, base + first, base + first + length);
         must &= ~(first_bits(length) << first);
     }
     if (w->is_coherent) {
@@ -188,13 +185,56 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
                        const vxsi_placement *place)
 {
     walk w = {.contact = contact, .s = s, .map = map};
-    motion_of(map, &contact->shell, place, &w.motion);
+    motion_of(map, &contact->shell, place, &s->motion);
     if (contact->culling == VXS_CONTACT_BRUTE || !map->clearance_index) {
-        look(contact, map, &w.motion, 0, contact->clusters.count);
+        want(contact, 0, contact->clusters.count);
         return;
     }
     w.is_coherent = contact->culling != VXS_CONTACT_CULLED;
     if (w.is_coherent) advance(contact, s, map, place);
-    w.need = s->travel + (double)w.motion.margin;
+    w.need = s->travel + (double)s->motion.margin;
     walk_groups(&w);
+}
+
+/* The part of a run at one level of detail. */
+static void look(vxs_contact *contact, const vxs_voxmap *map, const vxsi_motion *motion, uint32_t level,
+                 uint32_t first, uint32_t last)
+{
+    if (first == last) return;
+    const vxs_pointshell *shell = level ? &contact->levels[level] : &contact->shell;
+    uint32_t shift = 6 - 2 * level, begin = first << shift, end = last << shift;
+    if (last == contact->clusters.count) end = shell->point_count;
+    contact->probed += end - begin;
+    contact->kernel->probe(map, shell, motion, begin, end, &contact->hits);
+    if (level > contact->level) contact->level = level;
+}
+
+int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
+                      uint32_t most_points)
+{
+    /* So many clusters at the coarser of two levels, the others at the finer one, that the points are few
+     * enough: one cluster more in contact changes the level of one or two, and the force hardly. */
+    uint64_t most = most_points ? most_points : UINT64_MAX, clusters = contact->wanted_clusters;
+    uint32_t fine = 0, coarse_clusters = 0;
+    while (fine < VXSI_LEVELS && clusters * (VXS_POINTSHELL_CLUSTER_POINTS >> (2 * (fine + 1))) > most)
+        fine++;
+    if (fine < VXSI_LEVELS) {
+        uint64_t each = VXS_POINTSHELL_CLUSTER_POINTS >> (2 * fine), excess = clusters * each;
+        excess = excess > most ? excess - most : 0;
+        coarse_clusters = (uint32_t)((excess + each - each / 4 - 1) / (each - each / 4));
+    }
+    contact->level = 0;
+    for (uint32_t n = 0; n < count; n++) {
+        vxsi_static *s = &contact->statics[n];
+        s->span.first = contact->hits.count;
+        for (uint32_t r = s->run_first; r < s->run_last; r++) {
+            vxsi_run run = contact->runs[r];
+            uint32_t coarse = run.last - run.first < coarse_clusters ? run.last - run.first : coarse_clusters;
+            look(contact, statics[n].map, &s->motion, fine + 1, run.first, run.first + coarse);
+            look(contact, statics[n].map, &s->motion, fine, run.first + coarse, run.last);
+            coarse_clusters -= coarse;
+        }
+        s->span.last = contact->hits.count;
+    }
+    return contact->probed <= most;
 }

@@ -63,6 +63,8 @@ static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshel
     hits->patch = take(&a, room, 1);
     take_spheres(&a, &contact->clusters, shell->cluster_count);
     take_spheres(&a, &contact->groups, group_count(shell));
+    contact->runs =
+        take(&a, (size_t)statics * (shell->cluster_count / 2 + group_count(shell) + 1), sizeof(vxsi_run));
     contact->statics = take(&a, statics, sizeof(vxsi_static));
     for (uint32_t n = 0; n < statics; n++) {
         double *due = take(&a, shell->cluster_count, sizeof(double));

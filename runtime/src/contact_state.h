@@ -11,6 +11,14 @@
 /* Clusters to a group, the upper level of culling: points next to each other in the shell's order. */
 enum { VXSI_GROUP_CLUSTERS = VXSI_BATCH };
 
+/* Levels of detail above the shell itself, which is level 0; each has a quarter of the points of the last. */
+enum { VXSI_LEVELS = 3 };
+
+/* Clusters first .. last - 1 of one static have to be looked at. */
+typedef struct vxsi_run {
+    uint32_t first, last;
+} vxsi_run;
+
 /* The shell in a map's frame, origin at the box's corner. */
 typedef struct vxsi_placement {
     double rotation[9];
@@ -23,7 +31,9 @@ typedef struct vxsi_static {
     double travel;     /* bounds how far any point of the shell has moved since then, in all [cells] */
     double *due;       /* per cluster: free of contact until travel exceeds this */
     double *group_due; /* per group: the least of its clusters' */
-    vxsi_span span;    /* hits of this evaluation */
+    vxsi_motion motion;
+    uint32_t run_first, run_last; /* what to look at in this evaluation */
+    vxsi_span span;               /* and what was found */
 } vxsi_static;
 
 struct vxs_contact {
@@ -34,8 +44,13 @@ struct vxs_contact {
     vxsi_static *statics;
     vxsi_hits hits;
     vxsi_spheres clusters, groups;
-    uint32_t probed;      /* points of this evaluation */
-    uint32_t wrong_skips; /* VXS_CONTACT_CHECKED */
+    vxsi_run *runs; /* of all statics, one after the other */
+    uint32_t run_count, wanted_clusters;
+    int has_levels;
+    vxs_pointshell levels[VXSI_LEVELS + 1]; /* from 1 on: the level's arrays */
+    uint32_t probed;                        /* points of this evaluation */
+    uint32_t level;                         /* the coarsest of this evaluation */
+    uint32_t wrong_skips;                   /* VXS_CONTACT_CHECKED */
     uint8_t order[256][8];
 };
 
@@ -44,11 +59,17 @@ typedef struct vxsi_gradient_total {
     double normal[3], force[3], moment[3], depth;
     uint32_t points, deep; /* deep: too far inside for the distance's band to know a direction */
 } vxsi_gradient_total;
-void vxsi_sum_gradient(const vxs_voxmap *map, const vxsi_hits *hits, const vxsi_span *span, const double reference[3],
-                       vxsi_gradient_total *total);
+void vxsi_sum_gradient(const vxs_voxmap *map, const vxsi_hits *hits, const vxsi_span *span,
+                       const double reference[3], vxsi_gradient_total *total);
 
-/* Finds the hits of the shell at `place`, which is also remembered for the next time. */
+/* Lists in contact->runs what of the shell at `place` must be looked at; remembers the place for the next
+ * time. */
 void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
                        const vxsi_placement *place);
+
+/* Looks at the runs: finds the hits of each static. most_points: 0, or the levels of detail are chosen so that
+ * no more are looked at. Returns 0 if the coarsest level is not coarse enough. */
+int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
+                      uint32_t most_points);
 
 #endif

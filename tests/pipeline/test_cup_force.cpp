@@ -175,6 +175,65 @@ TEST_CASE("with the law gradient the force is that of an elastic foundation")
     }
 }
 
+TEST_CASE("with a budget of points the force stays, and does not jump")
+{
+    const Assets with_distance(ContactLaw::gradient);
+    std::vector<std::max_align_t> room(vxs_contact_levels_memory(&with_distance.shell) / sizeof(std::max_align_t) + 1);
+    const auto size = room.size() * sizeof(std::max_align_t);
+    vxs_contact_config config;
+    vxs_contact_config_default(&config);
+    config.law = VXS_CONTACT_GRADIENT;
+    config.most_points = 100;
+    CHECK(vxs_contact_config_check(&config) == VXS_PARAM); // counted points would weigh less
+    config.weighting = VXS_CONTACT_AREA;
+    CHECK(vxs_contact_config_check(&config) == VXS_OK);
+    const vxs_contact_static statics = {&with_distance.map, nullptr};
+    vxs_pose pose = {{wall + radius, 0.04, 0}, {1, 0, 0, 0}};
+    vxs_contact_result result;
+    CHECK(vxs_contact_evaluate(with_distance.contact, &statics, 1, &pose, &config, &result) == VXS_CONTACT_INVALID);
+    CHECK(vxs_contact_add_levels(with_distance.contact, room.data(), size - 64) == VXS_BUFFER);
+    REQUIRE(vxs_contact_add_levels(with_distance.contact, room.data(), size) == VXS_OK);
+
+    constexpr int ticks = 4000; // pressed to 1 mm and lifted again while it slides
+    std::vector<double> full;
+    const double limits[] = {0, 1000, 300, 100, 40};
+    for (const double limit : limits) {
+        config.most_points = static_cast<std::uint32_t>(limit);
+        double last = 0, jump = 0, error = 0, largest = 0;
+        std::uint32_t level = 0, most = 0, over = 0;
+        for (int n = 0; n < ticks; ++n) {
+            const double depth = 0.001 * (1 - std::abs(2.0 * n / ticks - 1)), angle = 0.3 + 0.3 * n / ticks, r = wall + radius - depth;
+            pose = {{r * std::cos(angle), 0.04, r * std::sin(angle)}, {1, 0, 0.2 * n / ticks, 0}};
+            vxs_contact_evaluate(with_distance.contact, &statics, 1, &pose, &config, &result);
+            const double force = length(result.wrench.force);
+            if (limit == 0) full.push_back(force);
+            jump = std::max(jump, std::abs(force - last));
+            error = std::max(error, std::abs(force - full[static_cast<std::size_t>(n)]));
+            largest = std::max(largest, full[static_cast<std::size_t>(n)]);
+            last = force;
+            level = std::max(level, result.level);
+            most = std::max(most, result.probed);
+            over += (result.flags & VXS_CONTACT_OVER_BUDGET) != 0;
+            if (limit > 0) CHECK((result.probed <= limit) == !(result.flags & VXS_CONTACT_OVER_BUDGET));
+        }
+        MESSAGE("at most ", limit, " points: ", most, " looked at, level ", level, ", over budget ", over, " ticks, force off by ",
+                100 * error / largest, " % and jumps by ", 100 * jump / largest, " % of the largest");
+        if (limit == 0) CHECK(level == 0);
+        if (limit == 1000) CHECK(error < 0.03 * largest);
+        if (limit == 300) CHECK(error < 0.10 * largest);
+        if (limit >= 300) CHECK(jump < 0.02 * largest);
+        if (limit >= 100) CHECK(over == 0);
+    }
+}
+
+TEST_CASE("what a point costs is measured on this machine")
+{
+    const double cost = vxs_contact_point_cost(assets().contact);
+    MESSAGE("a point in contact costs ", 1e9 * cost, " ns");
+    CHECK(cost > 0.1e-9);
+    CHECK(cost < 10e-6);
+}
+
 TEST_CASE("lifted, the force is exactly zero")
 {
     for (const std::uint32_t law : {VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE}) {

@@ -70,6 +70,12 @@ static void close_bed(bed *b)
     vxs_asset_close(&b->shell_asset);
 }
 
+static void add_to_hash(bed *b, const void *data, size_t size) /* FNV-1a */
+{
+    const uint8_t *bytes = data;
+    for (size_t n = 0; n < size; n++) b->hash = (b->hash ^ bytes[n]) * 1099511628211u;
+}
+
 static void evaluate(bed *b, const vxs_contact_static *statics, uint32_t count, const vxs_pose *pose,
                      const vxs_contact_config *config)
 {
@@ -86,8 +92,12 @@ static void evaluate(bed *b, const vxs_contact_static *statics, uint32_t count, 
     b->touching += first.points > 0;
     b->deep += first.deep_points > 0;
     b->points += first.points;
-    const uint8_t *bytes = (const uint8_t *)&first;
-    for (size_t n = 0; n < sizeof first; n++) b->hash = (b->hash ^ bytes[n]) * 1099511628211u; /* FNV-1a */
+    add_to_hash(b, first.wrench.force, sizeof first.wrench.force);
+    add_to_hash(b, first.wrench.torque, sizeof first.wrench.torque);
+    add_to_hash(b, first.normal, sizeof first.normal);
+    add_to_hash(b, &first.depth, sizeof first.depth);
+    const uint32_t counts[] = {first.points, first.deep_points, first.patches, first.flags};
+    add_to_hash(b, counts, sizeof counts);
 }
 
 static vxs_contact_config config_of(int n)

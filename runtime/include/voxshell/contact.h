@@ -53,16 +53,21 @@ enum {
     VXS_CONTACT_OUT_OF_MAP = 1 << 2,     /* the shell's bounding sphere is beyond every map's box: free */
     VXS_CONTACT_OVERFLOW =
         1 << 3, /* more hits than points, through several statics: wrench of those that fit */
-    VXS_CONTACT_INVALID = 1 << 4,   /* pose or config refused, or wrench not finite: zero wrench */
+    VXS_CONTACT_INVALID = 1 << 4, /* pose or config refused, or wrench not finite: zero wrench */
+    VXS_CONTACT_OVER_BUDGET =
+        1 << 6, /* more than most_points were looked at, at the coarsest level of detail */
     VXS_CONTACT_WRONG_SKIP = 1 << 5 /* VXS_CONTACT_CHECKED only: a map's clearance is not that of its cells */
 };
 
 /* Config. */
 typedef struct vxs_contact_config {
     uint32_t struct_size;
-    uint32_t law;        /* VXS_CONTACT_ORIGINAL, _AVERAGE (default), _GRADIENT */
-    uint32_t weighting;  /* VXS_CONTACT_COUNT (default), _COUNT_CAPPED, _AREA */
-    double stiffness;    /* k > 0, finite: [N/m] per point, [N/m^3] with AREA; default 1000 */
+    uint32_t law;       /* VXS_CONTACT_ORIGINAL, _AVERAGE (default), _GRADIENT */
+    uint32_t weighting; /* VXS_CONTACT_COUNT (default), _COUNT_CAPPED, _AREA */
+    uint32_t
+        most_points;  /* 0 (default): no limit. Else so many points are looked at at most, at levels of detail
+                         as  coarse as that needs; only with AREA, and after vxs_contact_add_levels() */
+    double stiffness; /* k > 0, finite: [N/m] per point, [N/m^3] with AREA; default 1000 */
     double reference[3]; /* o, the point about which torque is taken, in the shell's frame [m]; default 0 */
 } vxs_contact_config;
 
@@ -74,7 +79,8 @@ typedef struct vxs_contact_result {
     uint32_t points;   /* colliding: in a surface cell; gradient: of distance below 0 */
     uint32_t deep_points; /* in an interior cell; gradient: beyond the distance's band */
     uint32_t patches;     /* 0 without a colliding point, 1, or more after VXS_CONTACT_MEAN_CANCELLED */
-    uint32_t probed;      /* points whose cell was looked up; the others were culled */
+    uint32_t level;  /* coarsest level of detail: 0 all points, 1 a quarter, 2 a sixteenth, 3 one a cluster */
+    uint32_t probed; /* points whose cell was looked up; the others were culled */
     uint32_t flags;
 } vxs_contact_result;
 
@@ -135,6 +141,18 @@ VXS_API vxs_result vxs_contact_cull(vxs_contact *contact, uint32_t culling);
 /* Whether the law gradient can use the map: it has the channel, with a sign. Without, an evaluation is
  * VXS_CONTACT_INVALID. Thread: any, rt-safe. */
 VXS_API int vxs_contact_has_signed_distance(const vxs_voxmap *map);
+
+/* Time-critical contact: bytes for vxs_contact_add_levels(), about 9 a point. Thread: any, rt-safe. */
+VXS_API size_t vxs_contact_levels_memory(const vxs_pointshell *shell);
+
+/* Makes the shell's levels of detail in the caller's memory, which must stay as long as the contact. They are
+ * used with config.most_points only. Returns VXS_OK; VXS_PARAM; VXS_BUFFER. Thread: the contact's, set-up. */
+VXS_API vxs_result vxs_contact_add_levels(vxs_contact *contact, void *memory, size_t size);
+
+/* What a point costs at most on this machine with the contact's kernel [s], law average: all of the shell in
+ * contact. So most_points = budget / cost holds a budget in seconds. Thread: the contact's, set-up (takes
+ * some ms). */
+VXS_API double vxs_contact_point_cost(vxs_contact *contact);
 
 /* Evaluates once. pose: shell frame -> scene frame. statics: count of them, each time in the same order; a
  * point that touches two counts twice. Returns result->flags; never fails: bad input gets a zero wrench and
