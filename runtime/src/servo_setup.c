@@ -68,7 +68,8 @@ size_t vxs_servo_memory(const vxs_servo_config *config)
 {
     if (!config || !config->shell || config->static_count > VXS_CONTACT_MAX_STATICS) return 0;
     return round_up(sizeof(vxs_servo)) + vxs_coupling_memory() +
-           vxs_contact_memory(config->shell, config->static_count);
+           round_up(vxs_contact_memory(config->shell, config->static_count)) +
+           (config->contact.most_points ? vxs_contact_levels_memory(config->shell) : 0);
 }
 
 /* The device's tip in the shell's frame: -R^T position of the grip. */
@@ -106,6 +107,9 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     if (result == VXS_OK)
         result = vxs_contact_init(bytes, vxs_contact_memory(config->shell, config->static_count),
                                   config->shell, config->static_count, &servo->contact);
+    bytes += round_up(vxs_contact_memory(config->shell, config->static_count));
+    if (result == VXS_OK && config->contact.most_points)
+        result = vxs_contact_add_levels(servo->contact, bytes, vxs_contact_levels_memory(config->shell));
     if (result == VXS_OK) *out = servo;
     return result;
 }

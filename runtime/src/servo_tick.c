@@ -171,6 +171,8 @@ uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_dev
         trace->points = contact.points;
         trace->deep_points = contact.deep_points;
         trace->patches = contact.patches;
+        trace->level = contact.level;
+        trace->probed = contact.probed;
         trace->flags = flags;
     }
     servo->tick++;

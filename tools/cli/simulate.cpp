@@ -131,6 +131,11 @@ void tell(const SceneFile &scene, const Assets &assets, const RunOptions &option
     } else {
         fmt::print("  contact never\n");
     }
+    if (run.budget_points) {
+        fmt::print("  budget  {} points in a tick on this machine; {} looked at at most, {}\n", format_count(run.budget_points),
+                   format_count(run.probed_most),
+                   run.level_most ? fmt::format("some at level of detail {} of 3", run.level_most) : "all levels of detail kept");
+    }
     fmt::print("  flags   {}\n", flags_text(run));
     fmt::print("  tick    {}\n", durations_text(run.tick));
     if (run.realtime) {
@@ -165,6 +170,9 @@ json summary(const SceneFile &scene, const Assets &assets, const RunOptions &opt
                 {"collision_force_peak_n", run.collision_peak},
                 {"contact_ticks", run.contact_ticks},
                 {"contacts_max", run.points_most},
+                {"probed_max", run.probed_most},
+                {"budget_points", run.budget_points},
+                {"level_max", run.level_most},
                 {"depth_max_m", run.depth_most},
                 {"reach_max_m", run.reach_most},
                 {"flag_ticks", flags},

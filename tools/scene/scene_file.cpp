@@ -103,7 +103,7 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder)
 
 void contact(const JsonPlace &at, SceneFile &scene)
 {
-    const JsonObject object(at, {"law", "weighting", "stiffness"});
+    const JsonObject object(at, {"law", "weighting", "stiffness", "budget"});
     if (const auto law = object.find("law")) {
         scene.law = static_cast<ContactLaw>(law->choice({"original", "average", "gradient"}));
     }
@@ -112,6 +112,12 @@ void contact(const JsonPlace &at, SceneFile &scene)
     }
     scene.stiffness = positive(object.get("stiffness"), scene.weighting == Weighting::area ? Dimension::foundation
                                                                                           : Dimension::stiffness);
+    if (const auto budget = object.find("budget")) {
+        if (scene.weighting != Weighting::area) {
+            budget->refuse("fewer points weigh the same only with weighting area");
+        }
+        scene.budget = positive(*budget, Dimension::time);
+    }
 }
 
 void coupling(const JsonPlace &at, SceneFile &scene)

@@ -10,6 +10,7 @@
 //     "dynamic": [{"file": "sphere.glb"}],             exactly one
 //     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
 //         law: original|average|gradient (its map gets a distance channel); weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
+//         budget, with area only: "20us": what contact may take in a tick, at coarser levels of detail if need be
 //     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
 //         none | pt2 | {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7}
 //     "device": "sim:phantom-premium-1.5",
@@ -76,6 +77,7 @@ struct SceneFile {
     ScenePart dynamic; ///< its pose turns the part into the frame that the device moves
     ContactLaw law = ContactLaw::average;
     Weighting weighting = Weighting::count;
+    double budget = 0;      ///< of contact in a tick [s], 0: none
     double stiffness = 500; ///< count: [N/m] per point, area: [N/m^3]
     CouplingKind coupling = CouplingKind::pt2;
     double frequency = 5;          ///< pt2 [Hz]

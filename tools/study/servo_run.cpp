@@ -115,6 +115,15 @@ private:
     Memory memory_;
 };
 
+/// How many points contact can look at in so many seconds on this machine, at least one.
+std::uint32_t points_for(double budget, const vxs_pointshell &shell)
+{
+    const Memory room(vxs_contact_memory(&shell, 1));
+    vxs_contact *contact = nullptr;
+    check(vxs_contact_init(room.get(), room.size(), &shell, 1, &contact), "contact");
+    return static_cast<std::uint32_t>(std::clamp(budget / vxs_contact_point_cost(contact), 1.0, 4e9));
+}
+
 vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &statics, const vxs_pointshell &shell,
                           const vxs_device_caps &caps)
 {
@@ -124,6 +133,7 @@ vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &stat
     config.static_count = 1;
     config.shell = &shell;
     config.contact = contact_of(scene);
+    if (scene.budget > 0) config.contact.most_points = points_for(scene.budget, shell);
     config.coupling = coupling_of(scene);
     config.max_force = caps.peak_force;
     if (caps.peak_torque > 0) {
@@ -172,6 +182,8 @@ public:
         run_.collision_peak = std::max(run_.collision_peak, collision);
         run_.output_peak = std::max(run_.output_peak, output);
         run_.points_most = std::max(run_.points_most, row.points);
+        run_.probed_most = std::max(run_.probed_most, row.probed);
+        run_.level_most = std::max(run_.level_most, row.level);
         run_.depth_most = std::max(run_.depth_most, row.depth);
         const double ahead[3] = {hand[0] - row.pose.position[0], hand[1] - row.pose.position[1],
                                  hand[2] - row.pose.position[2]};
@@ -333,10 +345,12 @@ ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_poin
     const std::uint64_t ticks = ticks_of(scene, options.seconds);
     const Simulated simulated(scene, options.device);
     const vxs_contact_static statics{&map, nullptr};
-    const Servo servo(servo_of(scene, statics, shell, simulated.device->caps));
+    const vxs_servo_config config = servo_of(scene, statics, shell, simulated.device->caps);
+    const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);
     progress.stage("servo", ticks);
     ServoRun run;
+    run.budget_points = config.contact.most_points;
     Account account(run, options.keep_rows);
     (options.realtime ? run_realtime : run_virtual)(scene, simulated.device, servo.servo, ticks, run, account, progress);
     return run;
@@ -354,6 +368,8 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
     const Memory room(vxs_contact_memory(&shell, 1)), filter(vxs_coupling_memory());
     vxs_contact *engine = nullptr;
     check(vxs_contact_init(room.get(), room.size(), &shell, 1, &engine), "contact");
+    const Memory levels(vxs_contact_levels_memory(&shell));
+    if (config.contact.most_points) check(vxs_contact_add_levels(engine, levels.get(), levels.size()), "levels of detail");
     vxs_coupling *coupling = nullptr;
     check(vxs_coupling_init(filter.get(), filter.size(), &config.coupling, &coupling), "coupling");
 
@@ -408,6 +424,8 @@ std::string flag_name(unsigned bit)
     case VXS_CONTACT_OUT_OF_MAP: return "out-of-map";
     case VXS_CONTACT_OVERFLOW: return "overflow";
     case VXS_CONTACT_INVALID: return "invalid";
+    case VXS_CONTACT_WRONG_SKIP: return "wrong-skip";
+    case VXS_CONTACT_OVER_BUDGET: return "over-budget";
     case VXS_SERVO_OFF: return "off";
     case VXS_SERVO_RAMPING: return "ramping";
     case VXS_SERVO_START_IN_CONTACT: return "start-in-contact";

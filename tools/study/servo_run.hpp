@@ -39,6 +39,9 @@ struct ServoRun {
     double output_mean = 0;                     ///< |force| over the ticks in contact [N]
     std::uint64_t contact_ticks = 0;
     std::uint32_t points_most = 0; ///< in contact at once
+    std::uint32_t probed_most = 0; ///< looked at in a tick
+    std::uint32_t level_most = 0;  ///< coarsest level of detail
+    std::uint32_t budget_points = 0; ///< what the scene's budget buys on this machine, 0: none
     double depth_most = 0;         ///< [m], of a point under the plane of its cell
     double reach_most = 0;         ///< how far the hand's target was ahead of the device [m]
     std::uint32_t flags = 0;       ///< of all ticks, or-ed (VXS_SERVO_*, VXS_CONTACT_*)

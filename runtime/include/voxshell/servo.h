@@ -90,7 +90,9 @@ typedef struct vxs_servo_trace {
     uint32_t points;      /* colliding */
     uint32_t deep_points;
     uint32_t patches;
-    uint32_t flags; /* VXS_SERVO_* | VXS_CONTACT_* */
+    uint32_t level;  /* coarsest level of detail */
+    uint32_t probed; /* points that were looked at */
+    uint32_t flags;  /* VXS_SERVO_* | VXS_CONTACT_* */
 } vxs_servo_trace;
 
 /* Object. One thread at a time. */
