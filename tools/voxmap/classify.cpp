@@ -338,7 +338,7 @@ Classification classify_closing(Cells &cells, const WindingNumber &winding, doub
     }
     progress.stage("close gaps", thick.bricks.size());
     tbb::parallel_for(std::size_t{0}, thick.bricks.size(), [&](std::size_t b) {
-        if ((b & 63) == 0) progress.check();
+        if ((b & 7) == 0) progress.check(); // 512 winding numbers each
         Brick &brick = thick.bricks[b];
         for (std::size_t i = 0; i < 8; ++i)
             for (std::uint64_t left = covered[b][i] & ~brick.surface[i]; left; left &= left - 1) {
