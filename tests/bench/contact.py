@@ -48,10 +48,10 @@ class Program:
 
 
 def jobs_of(options):
-    """(motion, size, voxel in mm) and whether the peers run it too: they do for the bars' motion and, at 100 k points, for all."""
+    """(motion, size, voxel in mm) and whether the peers run it too: sliding, and at 100 k points in all motions."""
     for voxel in options.voxel or (0.5, 0.25):
-        for motion in options.motion or MOTIONS:
-            for size in options.size or SIZES:
+        for motion in options.motion or (MOTIONS if voxel == MAIN[1] else ('slide', 'free')):
+            for size in options.size or (SIZES if motion in ('slide', 'free') else SIZES[1:3]):
                 yield (motion, size, voxel), bool(options.motion) or motion == MAIN[0] or (size == 100000 and voxel == MAIN[1])
 
 
@@ -128,7 +128,7 @@ def scale(options):
     program, rows = options.programs / 'bench_contact_scale', {}
     if not program.exists():
         return []
-    sizes = [str(size) for size in options.size or SIZES[1:]]
+    sizes = [str(size) for size in options.size or SIZES[2:]]
     out = subprocess.run([str(program), str(options.rounds), *sizes], stdout=subprocess.PIPE, text=True, check=True).stdout
     for line in out.splitlines():
         one = json.loads(line)

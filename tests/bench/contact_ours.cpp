@@ -19,11 +19,11 @@ namespace {
 constexpr OurMode states(const char *name, std::uint32_t kernel, std::uint32_t culling,
                          std::uint32_t law = VXS_CONTACT_AVERAGE)
 {
-    return {name, kernel, culling, law, false};
+    return {name, kernel, culling, law, false, 0};
 }
 constexpr OurMode distance(const char *name, std::uint32_t kernel, std::uint32_t culling)
 {
-    return {name, kernel, culling, VXS_CONTACT_GRADIENT, true};
+    return {name, kernel, culling, VXS_CONTACT_GRADIENT, true, 0};
 }
 
 constexpr OurMode modes[] = {
@@ -34,6 +34,8 @@ constexpr OurMode modes[] = {
     states("voxshell states, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT),
     states("voxshell states, coherent, AVX2, original law", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT,
            VXS_CONTACT_ORIGINAL),
+    {"voxshell states, coherent, AVX2, at most 4000 points", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT,
+     VXS_CONTACT_AVERAGE, false, 4000},
     distance("voxshell distance, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE),
     distance("voxshell distance, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_BRUTE),
     distance("voxshell distance, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT),
@@ -115,7 +117,7 @@ class OurRival : public Rival {
     OpenAsset shell_file_;
     vxs_pointshell shell_{};
     vxs_contact_config config_{};
-    std::vector<std::uint8_t> memory_;
+    std::vector<std::uint8_t> memory_, levels_;
     vxs_contact *contact_ = nullptr;
 };
 
@@ -171,6 +173,14 @@ OurRival::OurRival(const OurMode &mode, std::shared_ptr<const OurMap> map, const
         vxs_contact_use(contact_, mode.kernel) != VXS_OK ||
         vxs_contact_cull(contact_, mode.culling) != VXS_OK)
         throw Failure(ExitCode::unsupported, mode.name, "not on this processor");
+    if (mode.most_points == 0) return;
+    // Levels of detail weigh points by area: as stiff as one a point.
+    config_.weighting = VXS_CONTACT_AREA;
+    config_.stiffness = shell_.point_count / shell_.total_area;
+    config_.most_points = mode.most_points;
+    levels_.resize(vxs_contact_levels_memory(&shell_));
+    if (vxs_contact_add_levels(contact_, levels_.data(), levels_.size()) != VXS_OK)
+        throw Failure(ExitCode::bug, mode.name, "no levels of detail");
 }
 
 Contact OurRival::tick(const Pose &pose)
