@@ -76,13 +76,24 @@ class Pack(command.CommandTest):
                 ('fog', 5, 'fog volume'), ('vector', 5, 'grid of vec3s'), ('double', 5, 'grid of double'),
                 ('unclassed', 1, 'name it with --grid'), ('stretched', 5, 'uniform scale'), ('frustum', 5, 'frustum'),
                 ('nan', 3, r'holds nan at \(3, 1, 0\)'), ('nothing', 1, 'name it with'), ('huge-voxel', 4, 'voxel of 2000 m'),
-                ('tiles-far-apart', 4, 'limit 1048576', '--grid', 'tile'), ('tile-4096', 3, 'tile-4096', '--grid', 'tile'),
+                ('tiles-far-apart', 4, 'limit 1048576', '--grid', 'tile'),
                 ('ball', 1, '--as is for masks', '--as', 'solid'), ('ball', 1, '--unit', '--unit', 'furlong'),
                 ('ball', 1, '--as', '--as', 'jelly')):
             self.make(kind)
             with self.subTest(kind):
                 self.refused(code, pattern, f'{kind}.vdb', *arguments, verb='pack')
+        self.make('vector')
+        odd = self.folder.joinpath('vector.vdb').read_bytes().replace(b'Tree_vec3s', b'Tree_vec9s')
+        self.folder.joinpath('odd.vdb').write_bytes(odd)
+        self.refused(5, 'Tree_vec9s', 'odd.vdb', verb='pack')
         self.refused(3, 'pack makes one of a level set', 'ball.vdb', '-o', 'x.csv', verb='export')
+
+    @unittest.skipIf(command.sanitized(), 'a sanitizer has no limit of memory, and time for ten')
+    def test_a_large_tile_costs_its_surface(self):
+        self.make('mask-4096')  # a few hundred bytes
+        self.refused(3, r'needs more than \d+ MiB', 'mask-4096.vdb', '--snap', '--as', 'surface', verb='pack')
+        self.make('mask-1024')
+        self.run_voxshell('pack', 'mask-1024.vdb', '--snap', out='6 279 176 surface, 1 067 462 648 interior')
 
     def test_ours_needs_no_help(self):
         self.make('ball')

@@ -257,6 +257,7 @@ class Foreign {
     std::vector<Bricks> inside_; ///< of samples: inside throughout
     std::vector<Cell> mixed_, spoken_;
     BrickBox box_; ///< of cells
+    std::size_t crowd_ = 1u << 20;
 
     static bool inside(const Value &value, bool active)
     {
@@ -396,7 +397,11 @@ class Foreign {
                 if (!inside_at(at)) return touched_by(brick, cells, out);
             }
         };
-        for (std::int64_t i = region.low[0]; i <= region.high[0]; ++i)
+        for (std::int64_t i = region.low[0]; i <= region.high[0]; ++i) {
+            if (out.size() > crowd_) { // up to 27 for one: a tile has millions along its sides
+                make_unique(out);
+                crowd_ = 2 * out.size() + (1u << 20);
+            }
             for (std::int64_t j = region.low[1]; j <= region.high[1]; ++j) {
                 const bool side =
                     i == region.low[0] || i == region.high[0] || j == region.low[1] || j == region.high[1];
@@ -404,6 +409,7 @@ class Foreign {
                     side ? 1 : std::max<std::int64_t>(1, region.high[2] - region.low[2]);
                 for (std::int64_t k = region.low[2]; k <= region.high[2]; k += stride) look({i, j, k});
             }
+        }
     }
 
     /// Each brick of cells begins in one brick of samples: if that is inside, it is solid, unless decided
@@ -432,6 +438,32 @@ class Foreign {
         return out;
     }
 
+    /// The 10^3 samples that a brick needs, leaf by leaf: visit(i, j, k, value, active).
+    template<typename Visit>
+    void each_sample(const openvdb::Coord &first, Visit visit)
+    {
+        constexpr int dim = Leaf::DIM;
+        const openvdb::Coord end = first.offsetBy(10),
+                             from(first[0] & -dim, first[1] & -dim, first[2] & -dim);
+        openvdb::Coord at;
+        for (at[0] = from[0]; at[0] < end[0]; at[0] += dim)
+            for (at[1] = from[1]; at[1] < end[1]; at[1] += dim)
+                for (at[2] = from[2]; at[2] < end[2]; at[2] += dim) {
+                    const Leaf *leaf = accessor_.probeConstLeaf(at);
+                    Value tile{};
+                    const bool active = !leaf && accessor_.probeValue(at, tile);
+                    const auto low = openvdb::Coord::maxComponent(at, first);
+                    const auto high = openvdb::Coord::minComponent(at.offsetBy(dim), end);
+                    for (int i = low[0]; i < high[0]; ++i)
+                        for (int j = low[1]; j < high[1]; ++j)
+                            for (int k = low[2]; k < high[2]; ++k) {
+                                const openvdb::Index c = Leaf::coordToOffset(openvdb::Coord(i, j, k));
+                                visit(i - first[0], j - first[1], k - first[2],
+                                      leaf ? leaf->getValue(c) : tile, leaf ? leaf->isValueOn(c) : active);
+                            }
+                }
+    }
+
     Brick decide_brick(const Cells &cells, const BrickAt &at, bool as_surface)
     {
         const openvdb::Coord first = sample(cells, at, 0);
@@ -443,10 +475,9 @@ class Foreign {
         if constexpr (is_signed) {
             if (!interpolate(first, in)) return brick;
         } else {
-            for (int i = 0; i < rows; ++i)
-                for (int j = 0; j < rows; ++j)
-                    for (int k = 0; k < rows; ++k)
-                        in[i][j] |= std::uint32_t{inside_at(first.offsetBy(i, j, k))} << k;
+            each_sample(first, [&](int i, int j, int k, const Value &value, bool active) {
+                in[i][j] |= std::uint32_t{inside(value, active)} << k;
+            });
         }
         for (int i = 0; i < 8; ++i)
             for (int j = 0; j < 8; ++j) {
@@ -473,12 +504,10 @@ class Foreign {
     {
         double value[10][10][10], along_i[17][10][10], along_j[17][10];
         unsigned count = 0;
-        for (int i = 0; i < 10; ++i)
-            for (int j = 0; j < 10; ++j)
-                for (int k = 0; k < 10; ++k) {
-                    value[i][j][k] = static_cast<double>(accessor_.getValue(first.offsetBy(i, j, k)));
-                    count += value[i][j][k] < 0;
-                }
+        each_sample(first, [&](int i, int j, int k, const Value &sample, bool) {
+            value[i][j][k] = static_cast<double>(sample);
+            count += sample < 0;
+        });
         if (count == 0 || count == 1000) {
             for (auto &row : in) row.fill(count ? 0x1ffff : 0);
             return count != 0;

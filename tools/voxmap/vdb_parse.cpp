@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/core.h>
+#include <string_view>
 
 namespace voxshell {
 
@@ -332,7 +333,14 @@ VdbFile parse_vdb(const std::filesystem::path &path, const ForeignGrid *foreign)
 {
     openvdb::initialize();
     openvdb::io::File file(path.string());
-    file.open(false); // delayed loading would copy the file and fail later
+    try {
+        file.open(false); // delayed loading would copy the file and fail later
+    } catch (const openvdb::LookupError &error) {
+        // A file that is cut off names none.
+        if (!foreign || std::string_view(error.what()).find("Tree_") == std::string_view::npos) throw;
+        throw Failure(ExitCode::unsupported, "",
+                      fmt::format("holds a grid that OpenVDB has no type for ({})", error.what()));
+    }
     const bool own = file.hasGrid(vdb_grid_name) &&
                      (!foreign || !foreign->name || *foreign->name == vdb_grid_name) &&
                      file.readGridMetadata(vdb_grid_name)->isType<openvdb::Int32Grid>();

@@ -39,7 +39,9 @@ struct Limits {
     Limits(std::uint64_t file_bytes, bool foreign)
         : memory((std::uint64_t{1} << 29) + 64 * file_bytes), seconds(5 + file_bytes / 4'000'000)
     {
-        if (foreign) seconds += 5 + file_bytes / 200'000;
+        if (!foreign) return;
+        memory += std::uint64_t{1} << 29;
+        seconds += 5 + file_bytes / 200'000;
     }
 };
 

@@ -113,6 +113,18 @@ const std::map<std::string, std::function<openvdb::GridPtrVec()>> &makers()
         {"ball", [] { return openvdb::GridPtrVec{ball(0.02, 0.001)}; }},
         {"large", [] { return openvdb::GridPtrVec{ball(0.2, 0.002)}; }},
         {"mask", [] { return openvdb::GridPtrVec{slab("mask")}; }},
+        {"mask-4096",
+         [] {
+             auto grid = MaskGrid::create();
+             grid->tree().addTile(3, Coord(0), true, true);
+             return openvdb::GridPtrVec{grid};
+         }},
+        {"mask-1024",
+         [] {
+             auto grid = MaskGrid::create();
+             grid->denseFill(openvdb::CoordBBox(Coord(0), Coord(1023)), true);
+             return openvdb::GridPtrVec{grid};
+         }},
         {"two",
          [] {
              return openvdb::GridPtrVec{ball(0.02, 0.001), slab("mask")};
