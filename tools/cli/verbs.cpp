@@ -20,6 +20,7 @@ std::span<const Verb> verbs()
          add_export},
         {"simulate", "the servo loop on a device",
          "voxshell simulate cup.scene.json --seconds 5 --trace trace.csv", add_simulate},
+        {"bench", "how long a tick's contact takes on this machine", "voxshell bench cup.voxmap sphere.pointshell", add_bench},
     };
     return table;
 }

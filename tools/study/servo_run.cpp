@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "study/servo_run.hpp"
 
+#include "study/memory.hpp"
+
 #include "voxshell/servo_thread.h"
 #include "voxshell/simulated.h"
 
@@ -22,24 +24,6 @@ double length(const double v[3])
 {
     return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
-
-/// Memory for one of the runtime's objects.
-class Memory {
-public:
-    explicit Memory(std::size_t size)
-        : size_((size + 63) / 64 * 64), bytes_(static_cast<std::byte *>(::operator new(size_, std::align_val_t(64))))
-    {
-    }
-    ~Memory() { ::operator delete(bytes_, std::align_val_t(64)); }
-    Memory(const Memory &) = delete;
-    Memory &operator=(const Memory &) = delete;
-    void *get() const { return bytes_; }
-    std::size_t size() const { return size_; }
-
-private:
-    std::size_t size_;
-    std::byte *bytes_;
-};
 
 void check(vxs_result result, const std::string &where)
 {
@@ -211,20 +195,7 @@ private:
     double sum_ = 0;
 };
 
-Durations durations(std::vector<float> &ns)
-{
-    if (ns.empty()) {
-        return {};
-    }
-    const auto at = [&](double share) {
-        const auto n = static_cast<std::size_t>(share * static_cast<double>(ns.size() - 1));
-        std::nth_element(ns.begin(), ns.begin() + static_cast<std::ptrdiff_t>(n), ns.end());
-        return static_cast<double>(ns[n]);
-    };
-    return {at(0.5), at(0.99), at(0.999), at(1)};
-}
-
-Durations durations(const vxs_servo_thread_histogram &histogram)
+Durations durations_of(const vxs_servo_thread_histogram &histogram)
 {
     std::uint64_t total = 0;
     for (const std::uint64_t count : histogram.bins) {
@@ -332,9 +303,9 @@ void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, 
         }
         vxs_servo_thread_get(thread, &status);
     }
-    run.tick = durations(status.work);
+    run.tick = durations_of(status.work);
     run.realtime = {status.scheduling_text, status.memory_text, status.missed, vxs_trace_dropped(config.trace),
-                    durations(status.lateness)};
+                    durations_of(status.lateness)};
 }
 
 } // namespace

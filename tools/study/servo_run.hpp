@@ -4,6 +4,7 @@
 
 #include "cli/progress.hpp"
 #include "scene/scene_file.hpp"
+#include "study/durations.hpp"
 #include "study/trace.hpp"
 
 #include "voxshell/pointshell.h"
@@ -21,11 +22,6 @@ struct RunOptions {
     double seconds = 0;
     bool realtime = false; ///< on the servo thread, at the wall clock's rate; otherwise virtual time, and as fast as it goes
     bool keep_rows = false; ///< fill ServoRun::rows
-};
-
-/// How long something took [ns].
-struct Durations {
-    double p50 = 0, p99 = 0, p999 = 0, max = 0;
 };
 
 struct Stage {
