@@ -12,6 +12,7 @@
 #include <optional>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 namespace voxshell {
 namespace {
@@ -368,31 +369,43 @@ void make_distance(const Cells &cells, const LatticeMesh &mesh, const BrickTrian
     const std::vector<CellMask> inside =
         out.unsigned_distance ? std::vector<CellMask>(cells.bricks.size())
                               : inside_masks(cells, mesh, winding, closed_and_oriented, progress);
-    // In portions: only what is kept stays in memory (reserving costs address space alone).
+    // In portions: only what is kept stays in memory (reserving costs address space alone). While a portion
+    // is computed, what is kept of the one before moves to its place.
     constexpr std::size_t portion = 4096;
-    std::vector<std::array<std::int16_t, 512>> fresh(portion);
+    using Portion = std::vector<std::array<std::int16_t, 512>>;
+    Portion fresh(portion), before(portion);
     out.distance.reserve(cells.bricks.size());
     progress.stage("distance", cells.bricks.size());
-    for (std::size_t begin = 0; begin < cells.bricks.size(); begin += portion) {
-        const std::size_t end = std::min(cells.bricks.size(), begin + portion);
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(begin, end, 64),
-                          [&](const tbb::blocked_range<std::size_t> &range) {
-                              progress.check();
-                              Surroundings surroundings(mesh, binned, band);
-                              for (std::size_t b = range.begin(); b != range.end(); ++b) {
-                                  Cell corner;
-                                  for (int a = 0; a < 3; ++a)
-                                      corner[a] = cells.origin[a] + 8 * std::int64_t{cells.bricks[b].at[a]};
-                                  Nearest nearest(band);
-                                  surroundings.lower(corner, nearest);
-                                  if (quantise(nearest, inside[b], steps / band, steps, fresh[b - begin]))
-                                      silent[b] = 0;
-                              }
-                              progress.advance(range.size());
-                          });
-        for (std::size_t b = begin; b < end; ++b)
-            if (!silent[b]) out.distance.push_back(fresh[b - begin]);
+    const auto compute = [&](std::size_t begin) {
+        tbb::parallel_for(
+            tbb::blocked_range<std::size_t>(begin, std::min(cells.bricks.size(), begin + portion), 64),
+            [&](const tbb::blocked_range<std::size_t> &range) {
+                Surroundings surroundings(mesh, binned, band);
+                for (std::size_t b = range.begin(); b != range.end(); ++b) {
+                    if (((b - range.begin()) & 15) == 0) progress.check();
+                    Cell corner;
+                    for (int a = 0; a < 3; ++a)
+                        corner[a] = cells.origin[a] + 8 * std::int64_t{cells.bricks[b].at[a]};
+                    Nearest nearest(band);
+                    surroundings.lower(corner, nearest);
+                    if (quantise(nearest, inside[b], steps / band, steps, fresh[b - begin])) silent[b] = 0;
+                }
+                progress.advance(range.size());
+            });
+    };
+    const auto keep = [&](std::size_t begin, const Portion &from) {
+        for (std::size_t b = begin; b < std::min(cells.bricks.size(), begin + portion); ++b)
+            if (!silent[b]) out.distance.push_back(from[b - begin]);
+    };
+    std::size_t begin = 0;
+    for (; begin < cells.bricks.size(); begin += portion) {
+        tbb::parallel_invoke([&] { compute(begin); },
+                             [&] {
+                                 if (begin > 0) keep(begin - portion, before);
+                             });
+        fresh.swap(before);
     }
+    if (begin > 0) keep(begin - portion, before);
 }
 
 /// Bricks of one state, all of them beyond the layers' reach: they may become uniform again
