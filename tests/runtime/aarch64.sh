@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # The runtime on AArch64, cross-compiled and emulated, in $VOXSHELL_BUILD/aarch64:
-#   aarch64.sh build        builds it; no fused multiply-add may be in it, whose bits would differ
+#   aarch64.sh build        builds it, without a fused multiply-add, whose bits would differ; its big-endian
+#                           twin is refused
 #   aarch64.sh units        its unit tests, but for those of real time; what its tick calls
 #   aarch64.sh trajectory   the golden wrenches of the fewer poses, on assets of this machine's tool
 set -eu
@@ -24,6 +25,7 @@ build)
         echo "aarch64: fused multiply-adds" >&2
         exit 1
     fi
+    tests/runtime/refuses_big_endian.sh aarch64-linux-gnu-gcc formats/include -mbig-endian
     ;;
 units)
     ctest --test-dir "$folder" --output-on-failure -L unit -LE 'rt|golden'
@@ -35,7 +37,7 @@ trajectory)
         "qemu-aarch64 -L $root '$folder/bin/contact_trajectory'" 10000
     ;;
 *)
-    sed -n '3,6s/^# //p' "$0" >&2
+    sed -n '3,7s/^# //p' "$0" >&2
     exit 1
     ;;
 esac
