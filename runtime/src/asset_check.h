@@ -11,7 +11,7 @@
 typedef struct vxsi_check {
     const uint8_t *data; /* 64-byte aligned */
     uint64_t size;
-    int skip_checksums;
+    int skip_checksums, trusted;
     vxs_asset_issue issue;
 } vxsi_check;
 

@@ -61,7 +61,10 @@ vxs_result vxs_asset_from_memory(const void *data, size_t size, const vxs_asset_
     }
     if ((uintptr_t)data % VXS_CONTAINER_ALIGNMENT != 0)
         return fail(VXS_BUFFER, "the memory is not 64-byte aligned", 0, out, issue);
-    vxsi_check check = {.data = data, .size = size, .skip_checksums = config.skip_checksums != 0};
+    vxsi_check check = {.data = data,
+                        .size = size,
+                        .skip_checksums = config.skip_checksums || config.trusted,
+                        .trusted = config.trusted != 0};
     return give(vxsi_check_asset(&check, config.kind, out), &check, out, issue);
 }
 
@@ -127,7 +130,10 @@ vxs_result vxs_asset_open(const char *path, const vxs_asset_config *given, vxs_a
     close(fd);
     if (bytes == MAP_FAILED) return fail(VXS_IO, "the file cannot be read into memory", error, out, issue);
 
-    vxsi_check check = {.data = bytes, .size = size, .skip_checksums = config.skip_checksums != 0};
+    vxsi_check check = {.data = bytes,
+                        .size = size,
+                        .skip_checksums = config.skip_checksums || config.trusted,
+                        .trusted = config.trusted != 0};
     result = give(vxsi_check_asset(&check, config.kind, out), &check, out, issue);
     if (result == VXS_OK)
         out->mapped_size = size;

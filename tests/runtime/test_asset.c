@@ -131,7 +131,19 @@ static void check_memory(built_asset *map)
     uint64_t *bricks = built_bytes(map, VXS_VOXMAP_SECTION_BRIK);
     bricks[1] ^= 3u;
     CHECK(vxs_asset_from_memory(map->data, map->size, &config, &asset, &issue) != VXS_OK);
+    /* A trusted file's sections are not looked into; its header, table and sizes are. */
+    config.skip_checksums = 0;
+    config.trusted = 1;
+    CHECK_INT(vxs_asset_from_memory(map->data, map->size, &config, &asset, &issue), VXS_OK);
     bricks[1] ^= 3u;
+    CHECK_INT(vxs_asset_from_memory(map->data, map->size - 64, &config, &asset, &issue), VXS_TRUNCATED);
+    vxs_container_section *root = built_entry(map, VXS_VOXMAP_SECTION_ROOT);
+    root->stride = 8;
+    built_seal(map);
+    CHECK(vxs_asset_from_memory(map->data, map->size, &config, &asset, &issue) != VXS_OK);
+    root->stride = 4;
+    built_seal(map);
+    CHECK_INT(vxs_asset_from_memory(map->data, map->size, NULL, &asset, &issue), VXS_OK);
 }
 
 int main(void)

@@ -36,6 +36,10 @@ typedef struct vxs_asset_config {
     uint32_t kind;           /* VXS_ASSET_ANY, or the only kind that is accepted */
     uint32_t mode;           /* VXS_ASSET_MAP (default) or _COPY */
     uint32_t skip_checksums; /* not 0: trust the section checksums (faster start); all else is checked */
+    uint32_t trusted;        /* not 0: look at header, table and sizes only, not into the sections: opens at
+                                once, whatever the size. For a file that was checked before and cannot have
+                                changed since: a broken one reads and writes anywhere. Pages that nobody has
+                                touched fault in the first ticks (VXS_ASSET_COPY does not) */
 } vxs_asset_config;
 
 /* View of a checked asset: borrowed bytes, valid until vxs_asset_close(). Read-only, may be
