@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every hard file through the command line: converted with unit normals and within half more than the estimated memory,
+"""Every hard file through the command line: converted with unit normals and within the estimated memory,
 or refused with one clear line. Each conversion is a process of its own, whose peak the system tells."""
 import json
 import os
@@ -62,7 +62,7 @@ def check(path, folder, cells):
     if code:
         return [f'exit {code}: {said}'], 0
     bad = []
-    if peak > 1.5 * estimate:
+    if peak > estimate:
         bad.append(f'{peak >> 20} MiB, estimated {estimate / 2**20:.0f} MiB')
     run('export', folder / 'out' / f'{path.stem}.pointshell', '-o', folder / 'shell.ply', '--force')
     off = read('normals', folder / 'shell.ply')

@@ -58,15 +58,18 @@ Estimate estimate(const Extent &e, double voxel, const ChannelRequest &channels)
     Estimate out;
     out.surface_cells = std::max(e.area / (voxel * voxel), e.span / voxel) + 1;
     out.pairs = e.area / (brick * brick) + e.edge / brick + e.triangles;
-    const double bricks = std::min(out.pairs, out.surface_cells / 24 + 1);
-    // Measured on parts of 10^3 to 10^6 triangles and 10^4 to 10^7 cells, rounded up.
+    const double bricks = std::min(out.pairs, out.surface_cells / 32 + 1);
+    // Measured on parts of 10 to 10^6 triangles and 10^3 to 10^7 cells, where the peak was 110 to 155 bytes a
+    // cell with its share of a brick, rounded up.
     out.memory_bytes = 48e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs +
-                       160 * out.surface_cells + 4096 * bricks;
+                       125 * out.surface_cells + 2048 * bricks;
     out.file_bytes = 8192 + 34 * out.surface_cells + 400 * bricks;
     out.seconds = 0.03 + 6e-6 * e.triangles + 2e-6 * out.pairs + 3e-6 * out.surface_cells;
-    const double speaking = 3.5 * bricks; // the bricks within a channel's reach
     const bool layers = channels.layers > 0, distance = channels.distance_cells > 0;
-    out.memory_bytes += speaking * (3072 * layers + 4096 * distance);
+    // The bricks within a channel's reach: a wall's layer of them, and what its sides and corners reach.
+    const double reach = std::max<double>(channels.layers, channels.distance_cells),
+                 speaking = (1.2 + 0.45 * reach) * bricks;
+    out.memory_bytes += speaking * 5120 * (layers + distance);
     out.file_bytes += speaking * (700 * layers + 2048 * distance);
     out.seconds += speaking * (3e-6 * layers + 1e-4 * distance);
     return out;
