@@ -158,17 +158,21 @@ def main():
         os.nice(options.nice)
         before = os.getloadavg()[0]
         compiler = subprocess.run(['c++', '--version'], stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()[0]
-        data = {'date': datetime.date.today().isoformat(), 'machine': contact_page.machine(), 'compiler': compiler, 'rows': measure(options)}
         whole = not (options.only or options.motion or options.size or options.voxel or options.dry)
-        if options.instructions:
-            data['instructions'] = [[*key, value] for key, value in instructions(options).items()]
+        data = {'date': datetime.date.today().isoformat(), 'machine': contact_page.machine(), 'compiler': compiler, 'rounds': options.rounds, 'nice': options.nice}
+
+        def keep(**more):
+            data.update(more, load=[before, os.getloadavg()[0]])
+            if whole:  # whatever happens next
+                options.output.mkdir(parents=True, exist_ok=True)
+                record.write_text(contact_page.as_json(data), encoding='utf-8')
+        keep(rows=measure(options))
         if not options.no_scale and not options.only:
-            data['scale'] = scale(options)
-        data.update(load=[before, os.getloadavg()[0]], rounds=options.rounds, nice=options.nice)
+            keep(scale=scale(options))
+        if options.instructions:
+            keep(instructions=[[*key, value] for key, value in instructions(options).items()])
         if not whole:
             return
-        options.output.mkdir(parents=True, exist_ok=True)
-        record.write_text(contact_page.as_json(data), encoding='utf-8')
     contact_page.write(json.loads(record.read_text(encoding='utf-8')), options.output)
 
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <iostream>
 #include <sstream>
 
@@ -18,6 +19,14 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start)
 {
     return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// What this thread has had of a processor.
+std::int64_t processor_ns()
+{
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return std::int64_t{now.tv_sec} * 1000000000 + now.tv_nsec;
 }
 
 struct Options {
@@ -214,14 +223,22 @@ std::vector<std::uint32_t> time_ticks(Rival &rival, std::span<const Pose> poses)
     std::vector<std::uint32_t> ns;
     ns.reserve(poses.size());
     // The way to the first pose, so that no tick starts cold and a coherent rival has come from next door.
-    for (std::size_t p = std::min<std::size_t>(poses.size(), 5); p-- > 0;) rival.tick(poses[p]);
+    double least = HUGE_VAL;
+    for (std::size_t p = std::min<std::size_t>(poses.size(), 5); p-- > 0;) {
+        const auto start = Clock::now();
+        rival.tick(poses[p]);
+        least = std::min(least, seconds_since(start));
+    }
+    const bool slow = least > 1e-4;
     for (const Pose &pose : poses) {
+        const std::int64_t busy = slow ? processor_ns() : 0;
         const auto start = Clock::now();
         const Contact contact = rival.tick(pose);
         const auto stop = Clock::now();
         asm volatile("" : : "m"(contact) : "memory"); // the result is wanted
-        ns.push_back(static_cast<std::uint32_t>(
-            std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count()));
+        const auto wall = std::chrono::duration_cast<std::chrono::nanoseconds>(stop - start).count();
+        ns.push_back(
+            static_cast<std::uint32_t>(slow ? std::min<std::int64_t>(wall, processor_ns() - busy) : wall));
     }
     return ns;
 }

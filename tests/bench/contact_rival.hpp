@@ -51,7 +51,8 @@ struct RivalRow {
     std::function<std::unique_ptr<Rival>(const Job &, const Points &)> make;
 };
 
-/// Nanoseconds of each tick at `poses`, in order, after a few that are not timed.
+/// Nanoseconds of each tick at `poses`, in order, after a few that are not timed. From 0.1 ms on it is the
+/// thread's own processor time: a long tick on a shared machine never goes uninterrupted.
 std::vector<std::uint32_t> time_ticks(Rival &rival, std::span<const Pose> poses);
 
 /// The main() of a benchmark program.
