@@ -175,7 +175,7 @@ TEST_CASE("every refusal names the place and the fix")
           "/scene: \"voxshell-scene/2\" is not a version that this voxshell reads: voxshell-scene/1");
     CHECK(refusal(with("{\"file\": \"sphere.glb\"}", "")) == "/dynamic: must be a list of 1");
     CHECK(refusal(with("\"hand\"", R"("contact": {"law": "patch", "stiffness": "1N/m"}, "hand")")) ==
-          "/contact/law: \"patch\" is not original or average");
+          "/contact/law: \"patch\" is not original, average or gradient");
     CHECK(refusal(with("\"hand\"", R"("contact": {"weighting": "area", "stiffness": "1N/m"}, "hand")")) ==
           "/contact/stiffness: \"1N/m\" is not a number with a unit of N/m^3 or N/mm^3");
     CHECK(refusal(with("\"hand\"", R"("voxel": "1mm", "hand")")) == "key \"voxel\" occurs twice in one object");
