@@ -205,6 +205,7 @@ def page(data):
         'Ours is compiled as shipped: -O3 -ffp-contract=off, no -march, the kernel chosen at run time. Peers that a user would compile (dense, OpenVDB, '
         'NanoVDB) get -O3 -march=x86-64-v3 and fused multiply-add; FCL, Bullet and Coal are as packaged. `tests/bench/contact.py` makes this page and says how times are taken: '
         "a pose's time is the least of all rounds, percentiles are over the 1000 poses; \"as it came\" counts every tick. Ticks from 0.1 ms on are in the thread's own processor time, shorter ones by the clock.", '',
+        data.get('note', ''), '',
         'Static: the cup, outer radius 40 mm, height 90 mm, wall and floor 3 mm, 102 600 triangles. Moving: a sphere of radius 12 mm as evenly spread points in clusters of 64, or as a mesh; '
         '0.1 mm a tick along the wall, rolling. A tick is all from pose to wrench. For a mesh it is all from pose to contacts, without a force.', '',
         '## Bars', ''] + bars_table(results) + [
@@ -227,7 +228,7 @@ def page(data):
     if data.get('instructions'):
         lines += ['', '## Instructions a tick, sliding, 0.5 mm cells (callgrind)', '', '| mode | points | instructions | a point |', '|---|---|---|---|']
         lines += [f'| {mode} | {count(size)} | {n} | {n / size:.3g} |' for mode, size, n in data['instructions']]
-    return '\n'.join(lines) + '\n'
+    return re.sub(r'\n{3,}', '\n\n', '\n'.join(lines)) + '\n'
 
 
 def style(rival):
