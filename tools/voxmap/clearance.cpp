@@ -38,15 +38,17 @@ struct Obstacles {
                         static_cast<std::size_t>(k)];
     }
 
-    /// Row (i, j) of 64 cells of a chunk, a bit each.
-    std::uint64_t row(std::uint32_t entry, int i, int j) const
+    /// Row (i, j) of 64 cells of a chunk, a bit each; of the others than bricks first .. last bits are 0 or
+    /// right.
+    std::uint64_t row(std::uint32_t entry, int i, int j, int first = 0, int last = 7) const
     {
         if (entry < VXS_VOXMAP_ENTRY_FIRST) return entry == open ? 0 : ~std::uint64_t{0};
         const std::uint32_t *entries =
             map.chunks + std::size_t{entry - VXS_VOXMAP_ENTRY_FIRST} * VXS_VOXMAP_CHUNK_ENTRIES +
             ((i >> 3) << 6 | (j >> 3) << 3);
         std::uint64_t out = 0;
-        for (int b = 0; b < 8; ++b) out |= std::uint64_t{brick_row(entries[b], i & 7, j & 7)} << (8 * b);
+        for (int b = first; b <= last; ++b)
+            out |= std::uint64_t{brick_row(entries[b], i & 7, j & 7)} << (8 * b);
         return out;
     }
 
@@ -147,10 +149,11 @@ struct NearField : Field<64 + 2 * near_cells, 2, 4, 2 * near_cells> {
   private:
     static Row row_at(const Obstacles &o, const std::array<std::int64_t, 3> &at, int i, int j)
     {
-        const auto row = [&](int dk) {
-            return o.row(o.chunk(at[0] + (i >> 6), at[1] + (j >> 6), at[2] + dk), i & 63, j & 63);
+        const auto row = [&](int dk, int first, int last) {
+            return o.row(o.chunk(at[0] + (i >> 6), at[1] + (j >> 6), at[2] + dk), i & 63, j & 63, first,
+                         last);
         };
-        return Row{row(-1) >> 48} | Row{row(0)} << 16 | Row{row(1)} << 80;
+        return Row{row(-1, 6, 7) >> 48} | Row{row(0, 0, 7)} << 16 | Row{row(1, 0, 1)} << 80;
     }
 };
 
@@ -214,6 +217,10 @@ class Side {
 
     void find(const std::array<std::int64_t, 3> &at, Fields &fields, std::int8_t *values) const
     {
+        if (is_full(at)) {
+            std::fill_n(values, VXS_VOXMAP_CLEARANCE_BLOCKS, std::int8_t{0});
+            return;
+        }
         fields.near.fill(obstacles_, at);
         fields.far.fill(at, [&](const std::int64_t chunk[3]) -> const BlockRows & {
             const std::uint32_t entry = obstacles_.chunk(chunk[0], chunk[1], chunk[2]);
@@ -227,6 +234,17 @@ class Side {
     }
 
   private:
+    /// Whether every cell of the chunk is an obstacle: then no clearance on this side is more than 0.
+    bool is_full(const std::array<std::int64_t, 3> &at) const
+    {
+        const std::uint32_t entry = obstacles_.chunk(at[0], at[1], at[2]);
+        if (entry < VXS_VOXMAP_ENTRY_FIRST) return entry != obstacles_.open;
+        for (int i = 0; i < 64; ++i)
+            for (int j = 0; j < 64; ++j)
+                if (obstacles_.row(entry, i, j) != ~std::uint64_t{0}) return false;
+        return true;
+    }
+
     Obstacles obstacles_;
     std::vector<BlockRows> rows_;
     BlockRows empty_{}, full_;
