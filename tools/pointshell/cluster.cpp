@@ -35,7 +35,7 @@ Farthest farthest(std::span<const ShellPoint> points, const Center &c)
 
 // A small enclosing sphere's centre: the box's, then steps towards the farthest point (Badoiu, Clarkson
 // 2003).
-Center middle(std::span<const ShellPoint> points, int steps)
+Center middle(std::span<const ShellPoint> points, int steps, Progress &progress)
 {
     Center low, high, c;
     for (int i = 0; i < 3; ++i) low[i] = high[i] = static_cast<double>(points[0].position[i]);
@@ -48,6 +48,7 @@ Center middle(std::span<const ShellPoint> points, int steps)
     Center best = c;
     double least = std::numeric_limits<double>::infinity();
     for (int step = 0; step <= steps; ++step) {
+        progress.check();
         const Farthest far = farthest(points, c);
         if (far.distance2 < least) least = far.distance2, best = c;
         for (int i = 0; i < 3; ++i) c[i] += (static_cast<double>(far.point->position[i]) - c[i]) / (step + 4);
@@ -73,6 +74,34 @@ struct Placed {
     std::uint32_t index;               // as it came
 };
 
+constexpr std::size_t long_work = 1 << 16; // points between two looks at whether to stop
+
+// Brings the first `half` points, by cell along the axis and then by index, to the front. In passes over the
+// points instead of std::nth_element, which cannot be stopped: by the cell that the half ends in, and the
+// indices there.
+void split(std::span<Placed> points, std::size_t half, int axis, std::uint32_t low, std::uint32_t high,
+           Progress &progress)
+{
+    std::vector<std::size_t> count(high - low + 1);
+    for (const Placed &p : points) ++count[p.cell[axis] - low];
+    progress.check();
+    std::uint32_t cell = low;
+    std::size_t before = 0;
+    while (before + count[cell - low] <= half) before += count[cell++ - low];
+    std::vector<std::uint32_t> there;
+    for (const Placed &p : points)
+        if (p.cell[axis] == cell) there.push_back(p.index);
+    progress.check();
+    const auto end = there.begin() + static_cast<std::ptrdiff_t>(half - before);
+    std::nth_element(there.begin(), end, there.end());
+    const std::uint32_t index = *end; // the first point of the upper half is (cell, index)
+    progress.check();
+    std::partition(points.begin(), points.end(), [=](const Placed &p) {
+        return p.cell[axis] < cell || (p.cell[axis] == cell && p.index < index);
+    });
+    progress.check();
+}
+
 // The order of cluster.hpp. Which points make a half does not depend on how they are found.
 void halve(std::span<Placed> points, Progress &progress)
 {
@@ -90,10 +119,13 @@ void halve(std::span<Placed> points, Progress &progress)
     for (int i = 1; i < 3; ++i)
         if (high[i] - low[i] > high[axis] - low[axis]) axis = i;
     const std::size_t runs = (points.size() + size - 1) / size, half = runs / 2 * size;
-    std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half), points.end(),
-                     [axis](const Placed &a, const Placed &b) {
-                         return a.cell[axis] != b.cell[axis] ? a.cell[axis] < b.cell[axis] : a.index < b.index;
-                     });
+    if (points.size() > long_work)
+        split(points, half, axis, low[axis], high[axis], progress);
+    else
+        std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half), points.end(),
+                         [axis](const Placed &a, const Placed &b) {
+                             return a.cell[axis] != b.cell[axis] ? a.cell[axis] < b.cell[axis] : a.index < b.index;
+                         });
     const std::span<Placed> lower = points.first(half), upper = points.subspan(half);
     constexpr std::size_t worth_a_task = 1 << 14;
     if (points.size() <= worth_a_task) {
@@ -109,6 +141,7 @@ void order(std::vector<ShellPoint> &points, const Cells &cells, Progress &progre
 {
     std::vector<Placed> placed(points.size());
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
+        if (p % long_work == 0) progress.check();
         const BrickAt &at = cells.bricks[points[p].brick].at;
         const int cell = points[p].cell, within[3] = {cell >> 6, cell >> 3 & 7, cell & 7};
         for (int i = 0; i < 3; ++i) placed[p].cell[i] = static_cast<std::uint32_t>(8 * at[i] + within[i]);
@@ -116,6 +149,7 @@ void order(std::vector<ShellPoint> &points, const Cells &cells, Progress &progre
     });
     halve(placed, progress);
     // In place, cycle by cycle: place p takes the point `index`, and is done when it names itself.
+    std::size_t moved = 0;
     for (std::uint32_t start = 0; start < placed.size(); ++start) {
         if (placed[start].index == start) continue;
         const ShellPoint first = points[start];
@@ -125,6 +159,7 @@ void order(std::vector<ShellPoint> &points, const Cells &cells, Progress &progre
             placed[to].index = to;
             if (from == start) break;
             points[to] = points[from];
+            if (++moved % long_work == 0) progress.check(); // what is left half moved is thrown away
             to = from;
         }
         points[to] = first;
@@ -146,7 +181,7 @@ void cluster(Shell &shell, const Cells &cells, Progress &progress)
         Cluster &out = shell.clusters[c];
         out.first = static_cast<std::uint32_t>(c * size);
         out.count = static_cast<std::uint32_t>(own.size());
-        const Center center = middle(own, 12);
+        const Center center = middle(own, 12, progress);
         Center stored;
         for (int i = 0; i < 3; ++i) {
             out.center[i] = static_cast<float>(center[i]);
@@ -154,7 +189,7 @@ void cluster(Shell &shell, const Cells &cells, Progress &progress)
         }
         out.radius = radius_up<float>(farthest(own, stored).distance2);
     });
-    shell.center = middle(points, 12);
+    shell.center = middle(points, 12, progress);
     shell.radius = radius_up<double>(farthest(points, shell.center).distance2);
 }
 
