@@ -5,7 +5,7 @@
 set -eu
 . "$(dirname "$0")/../tests/setup.sh"
 
-install_packages
+install_packages "for tests/run.sh alone"
 configure release release
 build release voxshell voxshell_samples
 

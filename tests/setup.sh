@@ -8,14 +8,14 @@ jobs=$(awk -v cores="$(nproc)" '/^MemTotal/ { fit = int($2 / 1.5e6); print fit <
 
 say() { printf '\n== %s\n' "$*"; }
 
-# Installs what is missing of tests/packages.txt, and says what.
+# install_packages [COMMENT]: what is missing of tests/packages.txt, up to the line that begins with this comment.
 install_packages() {
     if ! command -v apt-get >/dev/null; then
         say "no apt-get here: going on with what is installed (tests/packages.txt names what Debian 12 would need)"
         return
     fi
     missing=
-    for package in $(grep -v '^#' "$root/tests/packages.txt"); do
+    for package in $(sed "${1:+\|^# $1|q}" "$root/tests/packages.txt" | grep -v '^#'); do
         case $(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true) in
         installed) ;;
         *) missing="$missing $package" ;;
