@@ -11,6 +11,13 @@
 
 namespace voxshell {
 
+/// Lets a grid live until the child's _exit(): its destructor starts TBB tasks, and those may wait for a lock that a
+/// thread of the parent held when it forked, for ever.
+inline void keep_for_ever(const openvdb::GridBase::Ptr &grid)
+{
+    new openvdb::GridBase::Ptr(grid);
+}
+
 [[noreturn]] void refuse_vdb(const std::string &what); ///< throws Failure(invalid)
 
 std::string text_of(const openvdb::Coord &at); ///< "(1, 2, 3)"

@@ -574,6 +574,7 @@ VdbFile parse_foreign(openvdb::io::File &file, const ForeignGrid &wanted)
     taken.unit = wanted.unit ? *wanted.unit : unit_of(*file.getMetadata()).value_or(1);
     const Placement at = place(*metadata, wanted.snap, taken);
     const openvdb::GridBase::Ptr grid = file.readGrid(name);
+    keep_for_ever(grid);
     if (grid->isType<openvdb::FloatGrid>())
         take<openvdb::FloatGrid>(*grid, at, wanted, result);
     else if (grid->isType<openvdb::MaskGrid>())

@@ -194,6 +194,7 @@ template<typename Grid>
 typename Grid::Ptr read_grid(openvdb::io::File &file, const char *name)
 {
     const openvdb::GridBase::Ptr base = file.readGrid(name);
+    keep_for_ever(base);
     const auto grid = openvdb::gridPtrCast<Grid>(base);
     if (!grid)
         refuse_vdb(fmt::format("grid `{}` is of type {}, not {}", name, base ? base->valueType() : "none",
