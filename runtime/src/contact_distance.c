@@ -41,21 +41,29 @@ static void corners_at(const vxs_voxmap *map, double beyond, const int64_t first
         value[n] = steps_at(map, beyond, first[0] + (n >> 2), first[1] + (n >> 1 & 1), first[2] + (n & 1));
 }
 
-/* Interpolates; gradient in steps per cell. */
-static double interpolate(const double value[8], const double f[3], double gradient[3])
+/* Interpolated along k at (i, j) = 00 01 10 11. */
+static void edges_of(const double value[8], const double f[3], double edge[4])
 {
-    double edge[4], slope[4]; /* along k, for (i, j) = 00 01 10 11 */
-    for (int n = 0; n < 4; n++) {
-        slope[n] = value[2 * n + 1] - value[2 * n];
-        edge[n] = value[2 * n] + f[2] * slope[n];
-    }
+    for (int n = 0; n < 4; n++) edge[n] = value[2 * n] + f[2] * (value[2 * n + 1] - value[2 * n]);
+}
+
+static double interpolate(const double edge[4], const double f[3])
+{
+    double low = edge[0] + f[1] * (edge[1] - edge[0]), high = edge[2] + f[1] * (edge[3] - edge[2]);
+    return low + f[0] * (high - low);
+}
+
+/* In steps per cell. */
+static void gradient_of(const double value[8], const double edge[4], const double f[3], double gradient[3])
+{
+    double slope[4];
+    for (int n = 0; n < 4; n++) slope[n] = value[2 * n + 1] - value[2 * n];
     double low = edge[0] + f[1] * (edge[1] - edge[0]), high = edge[2] + f[1] * (edge[3] - edge[2]);
     double slope_low = slope[0] + f[1] * (slope[1] - slope[0]),
            slope_high = slope[2] + f[1] * (slope[3] - slope[2]);
     gradient[0] = high - low;
     gradient[1] = (edge[1] - edge[0]) + f[0] * ((edge[3] - edge[2]) - (edge[1] - edge[0]));
     gradient[2] = slope_low + f[0] * (slope_high - slope_low);
-    return low + f[0] * (high - low);
 }
 
 void vxsi_sum_gradient(const vxs_voxmap *map, const vxsi_hits *hits, const vxsi_span *span,
@@ -63,29 +71,33 @@ void vxsi_sum_gradient(const vxs_voxmap *map, const vxsi_hits *hits, const vxsi_
 {
     const double *r = span->rotation, h = span->voxel, steps_per_cell = h / map->distance_step;
     const double beyond = nearbyint(map->distance_band / map->distance_step);
+    double m[9], b[3]; /* shell to cells, a cell's centre at whole numbers */
+    for (int i = 0; i < 9; i++) m[i] = r[i] / h;
+    for (int i = 0; i < 3; i++) b[i] = span->offset[i] / h - 0.5;
     for (uint32_t n = span->first; n < span->last; n++) {
         const double x[3] = {hits->x[n], hits->y[n], hits->z[n]};
         int64_t first[3];
-        double f[3], value[8], gradient[3];
+        double f[3], value[8], edge[4], gradient[3];
         for (int i = 0; i < 3; i++) {
-            double u =
-                (((r[3 * i] * x[0] + r[3 * i + 1] * x[1]) + r[3 * i + 2] * x[2]) + span->offset[i]) / h - 0.5;
-            double cell = floor(u);
-            first[i] = (int64_t)cell;
-            f[i] = u - cell;
+            double u = ((m[3 * i] * x[0] + m[3 * i + 1] * x[1]) + m[3 * i + 2] * x[2]) + b[i];
+            int64_t cell = (int64_t)u; /* near the box: floor() without the call that it is before SSE 4.1 */
+            first[i] = cell - (u < (double)cell);
+            f[i] = u - (double)first[i];
         }
         corners_at(map, beyond, first, value);
-        double depth = -interpolate(value, f, gradient) * map->distance_step;
+        edges_of(value, f, edge);
+        double depth = -interpolate(edge, f) * map->distance_step;
         if (!(depth > 0)) continue;
+        gradient_of(value, edge, f, gradient);
         double square = (gradient[0] * gradient[0] + gradient[1] * gradient[1]) + gradient[2] * gradient[2];
         double length = sqrt(square);
         if (!(length >= least_slope * steps_per_cell)) {
             total->deep++;
             continue;
         }
-        double normal[3], size = span->has_area ? depth * (double)hits->area[n] : depth;
+        double normal[3], inverse = 1 / length, size = span->has_area ? depth * (double)hits->area[n] : depth;
         for (int i = 0; i < 3; i++)
-            normal[i] = ((r[i] * gradient[0] + r[3 + i] * gradient[1]) + r[6 + i] * gradient[2]) / length;
+            normal[i] = ((r[i] * gradient[0] + r[3 + i] * gradient[1]) + r[6 + i] * gradient[2]) * inverse;
         for (int i = 0; i < 3; i++) {
             int j = (i + 1) % 3, k = (i + 2) % 3;
             total->normal[i] += normal[i];
