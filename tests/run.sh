@@ -22,3 +22,9 @@ test_in runtime-dev
 configure release release
 build release
 test_in release
+
+# Another build type gives the same wrenches to the last bit.
+say "the golden wrenches from build/runtime-dev"
+VOXSHELL=$root/build/release/bin/voxshell VOXSHELL_BUILD=$root/build/release \
+    python3 "$root/tests/pipeline/contact_trajectory.py" "$root/tests/golden/contact_trajectory.txt" \
+    "$root/build/runtime-dev/bin/contact_trajectory" 10000

@@ -8,7 +8,6 @@
 #include "contact_state.h"
 
 #include <math.h>
-#include <string.h>
 
 static void motion_of(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_placement *place,
                       vxsi_motion *motion)

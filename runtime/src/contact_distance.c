@@ -70,7 +70,7 @@ void vxsi_sum_gradient(const vxs_voxmap *map, const vxsi_hits *hits, const vxsi_
                        const double reference[3], vxsi_gradient_total *total)
 {
     const double *r = span->rotation, h = span->voxel, steps_per_cell = h / map->distance_step;
-    const double beyond = nearbyint(map->distance_band / map->distance_step);
+    const double beyond = floor(map->distance_band / map->distance_step + 0.5);
     double m[9], b[3]; /* shell to cells, a cell's centre at whole numbers */
     for (int i = 0; i < 9; i++) m[i] = r[i] / h;
     for (int i = 0; i < 3; i++) b[i] = span->offset[i] / h - 0.5;

@@ -7,7 +7,7 @@ nm=$1
 IFS=';'
 set -- $2
 unset IFS
-allowed=' memcpy memset memmove memcmp sqrt sqrtf floor floorf fabs fabsf fmin fmax trunc nearbyint _GLOBAL_OFFSET_TABLE_ __stack_chk_fail '
+allowed=' memcpy memset memmove memcmp sqrt sqrtf floor floorf fabs fabsf fmin fmax trunc _GLOBAL_OFFSET_TABLE_ __stack_chk_fail '
 allowed="$allowed __aarch64_ldadd8_relax "
 defined=$("$nm" -g --defined-only "$@" | awk 'NF == 3 { print $3 }')
 status=0

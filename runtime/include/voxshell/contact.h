@@ -64,9 +64,9 @@ typedef struct vxs_contact_config {
     uint32_t struct_size;
     uint32_t law;       /* VXS_CONTACT_ORIGINAL, _AVERAGE (default), _GRADIENT */
     uint32_t weighting; /* VXS_CONTACT_COUNT (default), _COUNT_CAPPED, _AREA */
-    uint32_t
-        most_points;  /* 0 (default): no limit. Else so many points are looked at at most, at levels of detail
-                         as  coarse as that needs; only with AREA, and after vxs_contact_add_levels() */
+    /* 0 (default): no limit. Else so many points are looked at at most, at levels of detail as coarse as that
+     * needs; only with AREA, and after vxs_contact_add_levels(). */
+    uint32_t most_points;
     double stiffness; /* k > 0, finite: [N/m] per point, [N/m^3] with AREA; default 1000 */
     double reference[3]; /* o, the point about which torque is taken, in the shell's frame [m]; default 0 */
 } vxs_contact_config;
@@ -85,7 +85,8 @@ typedef struct vxs_contact_result {
 } vxs_contact_result;
 
 /* A static map and where it is: pose map frame -> scene frame, NULL for identity. It may move from
- * one evaluation to the next. */
+ * one evaluation to the next. A map is known by the address of its bytes: after its asset was closed and
+ * another one opened, which may get the same address, call vxs_contact_cull(). */
 typedef struct vxs_contact_static {
     const vxs_voxmap *map;
     const vxs_pose *pose;
