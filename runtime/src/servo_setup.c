@@ -21,6 +21,7 @@ void vxs_servo_config_default(vxs_servo_config *config)
     vxs_coupling_config_default(&config->coupling);
     config->max_force = 3;
     config->max_torque = 0.2;
+    config->max_speed = 20;
     config->ramp_time = 0.5;
     config->decay_time = 0.01;
 }
@@ -52,8 +53,8 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
         return VXS_PARAM;
     if (!is_positive(config->scale) || !is_positive(config->max_force) || !is_positive(config->max_torque))
         return VXS_PARAM;
-    if (!(config->max_slew >= 0) || !is_time(config->ramp_time) || !is_time(config->hold_time) ||
-        !is_time(config->decay_time) || config->decay_time < 1e-6)
+    if (!(config->max_slew >= 0) || !(config->max_speed > 0) || !is_time(config->ramp_time) ||
+        !is_time(config->hold_time) || !is_time(config->decay_time) || config->decay_time < 1e-6)
         return VXS_PARAM;
     vxs_result result = vxs_contact_config_check(&config->contact);
     return result == VXS_OK ? vxs_coupling_config_check(&config->coupling) : result;

@@ -22,8 +22,10 @@ struct vxs_servo {
     uint64_t tick;
     uint64_t last_sequence;
     int64_t last_time_ns, last_news_ns; /* of the last tick; of the last new measurement */
-    double gain;                        /* of the ramp */
-    vxs_wrench shaped;                  /* last after slew and clamp, device frame */
+    vxs_pose last_pose;                 /* of the device, at */
+    int64_t last_pose_ns;
+    double gain;       /* of the ramp */
+    vxs_wrench shaped; /* last after slew and clamp, device frame */
     vxs_device_command command;
 };
 

@@ -7,6 +7,8 @@
 #include <math.h>
 #include <string.h>
 
+static const double quarter_turn = 0.5; /* cos^2 of half the angle */
+
 static int is_finite(const double v[3])
 {
     return isfinite(fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
@@ -53,6 +55,24 @@ static uint32_t watch_clock(vxs_servo *servo, const vxs_device_state *state, int
     servo->last_sequence = state->sequence;
     servo->last_time_ns = now_ns;
     return flags;
+}
+
+/* No hand does that: the device was re-homed, or its tracking found it elsewhere. */
+static int is_teleport(const vxs_servo *servo, const vxs_device_state *state, int64_t now_ns)
+{
+    double square = 0, cosine = 0, length = 0, last_length = 0;
+    double most = servo->config.max_speed * ((double)(now_ns - servo->last_pose_ns) * 1e-9);
+    for (int axis = 0; axis < 3; axis++) {
+        double way = state->pose.position[axis] - servo->last_pose.position[axis];
+        square += way * way;
+    }
+    for (int i = 0; i < 4; i++) {
+        double a = state->pose.orientation[i], b = servo->last_pose.orientation[i];
+        cosine += a * b;
+        length += a * a;
+        last_length += b * b;
+    }
+    return square > most * most || cosine * cosine < quarter_turn * (length * last_length);
 }
 
 static void rest(vxs_servo *servo, const vxs_pose *tip)
@@ -112,12 +132,16 @@ static uint32_t feel(vxs_servo *servo, const vxs_pose *tip, int is_armed, vxs_co
         servo->phase = VXSI_SERVO_IS_BLOCKED;
     if (servo->phase != VXSI_SERVO_IS_LIVE) rest(servo, tip);
 
-    vxs_pose body, object;
-    vxs_coupling_pose(servo->coupling, tip, &body);
-    if (!vxs_pose_compose(&body, &servo->config.grip, &object)) return VXS_SERVO_FAULT;
-    uint32_t flags = vxs_contact_evaluate(servo->contact, servo->config.statics, servo->config.static_count,
-                                          &object, &servo->config.contact, contact);
-    if (flags & VXS_CONTACT_INVALID) return flags | VXS_SERVO_FAULT;
+    uint32_t flags;
+    do {
+        vxs_pose body, object;
+        vxs_coupling_pose(servo->coupling, tip, &body);
+        if (!vxs_pose_compose(&body, &servo->config.grip, &object)) return VXS_SERVO_FAULT;
+        flags = vxs_contact_evaluate(servo->contact, servo->config.statics, servo->config.static_count,
+                                     &object, &servo->config.contact, contact);
+        if (flags & VXS_CONTACT_INVALID) return flags | VXS_SERVO_FAULT;
+    } while (servo->phase == VXSI_SERVO_IS_LIVE &&
+             vxs_coupling_refine(servo->coupling, &contact->wrench, contact->depth, tip));
     if (!is_armed) return flags | VXS_SERVO_OFF;
     if (servo->phase == VXSI_SERVO_IS_BLOCKED) {
         if (contact->points > 0 || contact->deep_points > 0) return flags | VXS_SERVO_START_IN_CONTACT;
@@ -143,6 +167,12 @@ uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_dev
     if (!is_time(state->time_ns) || !scene_pose(servo, state, &tip)) servo->has_fault = 1;
     if (!servo->has_fault) {
         int is_armed = state->state == VXS_DEVICE_ARMED && !(flags & VXS_SERVO_DEVICE_LOST);
+        if (servo->phase != VXSI_SERVO_IS_OFF && is_teleport(servo, state, now_ns)) {
+            servo->phase = VXSI_SERVO_IS_OFF;
+            flags |= VXS_SERVO_TELEPORT;
+        }
+        servo->last_pose = state->pose;
+        servo->last_pose_ns = now_ns;
         flags |= feel(servo, &tip, is_armed, &contact, &output);
         if (flags & VXS_SERVO_FAULT) servo->has_fault = 1;
     }

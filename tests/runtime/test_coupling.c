@@ -147,7 +147,7 @@ static void check_extremes(void)
 static void check_not_finite(void)
 {
     vxs_pose device = vxs_pose_identity();
-    for (uint32_t kind = VXS_COUPLING_NONE; kind <= VXS_COUPLING_SPRING_DAMPER; kind++) {
+    for (uint32_t kind = VXS_COUPLING_NONE; kind <= VXS_COUPLING_QUASI_STATIC; kind++) {
         vxs_coupling_config config = pt2(5, 1, 0.001);
         config.kind = kind;
         vxs_coupling *coupling = make(&config);

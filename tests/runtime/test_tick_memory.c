@@ -24,7 +24,7 @@ enum { IS_SANITIZED = 1, TICKS = 100000 };
 #else
 enum { IS_SANITIZED = 0, TICKS = 1000000 };
 #endif
-enum { LAWS = 3, COUPLINGS = 3, BENCHES = LAWS * COUPLINGS };
+enum { LAWS = 3, COUPLINGS = 4, BENCHES = LAWS * COUPLINGS };
 
 static long calls;
 

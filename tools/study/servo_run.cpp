@@ -406,6 +406,7 @@ std::string flag_name(unsigned bit)
     case VXS_SERVO_MISSED: return "missed";
     case VXS_SERVO_DEVICE_LOST: return "lost";
     case VXS_SERVO_FAULT: return "fault";
+    case VXS_SERVO_TELEPORT: return "teleport";
     default: return "";
     }
 }

@@ -23,8 +23,20 @@ extern "C" {
  *   NONE           the collision wrench itself
  *   PT2            the paper's dynamic shaping filter, six axes
  *   SPRING_DAMPER  McNeely 1999: contact acts on a simulated body (mass, radius of gyration) that
- *                  hangs on the device by a spring and a damper; the device feels that spring */
-enum { VXS_COUPLING_NONE = 1, VXS_COUPLING_PT2 = 2, VXS_COUPLING_SPRING_DAMPER = 3 };
+ *                  hangs on the device by a spring and a damper; the device feels that spring
+ *   QUASI_STATIC   contact acts on a massless body that hangs on the device by a spring; each tick finds
+ *                  the pose where contact and spring balance, by Newton's steps, and the device feels the
+ *                  spring: never stiffer than it, however stiff contact is. Each step is one evaluation of
+ *                  contact (vxs_coupling_refine); about a microsecond more each for the solve
+ * A kind is one file and one line in the table of src/coupling_kinds.c (README); kinds that are not
+ * voxshell's have numbers from OWN on. */
+enum {
+    VXS_COUPLING_NONE = 1,
+    VXS_COUPLING_PT2 = 2,
+    VXS_COUPLING_SPRING_DAMPER = 3,
+    VXS_COUPLING_QUASI_STATIC = 4,
+    VXS_COUPLING_OWN = 1000
+};
 
 #define VXS_COUPLING_MIN_HZ 0.05      /* VXS_FREQUENCY: below */
 #define VXS_COUPLING_MAX_RATE 0.49    /* VXS_FREQUENCY: above so many times the sample rate */
@@ -32,6 +44,7 @@ enum { VXS_COUPLING_NONE = 1, VXS_COUPLING_PT2 = 2, VXS_COUPLING_SPRING_DAMPER =
 #define VXS_COUPLING_MAX_DAMPING 1e3
 #define VXS_COUPLING_MIN_SAMPLE_TIME 1e-5 /* VXS_SAMPLE_TIME [s] */
 #define VXS_COUPLING_MAX_SAMPLE_TIME 0.1
+#define VXS_COUPLING_MAX_EVALUATIONS 3
 
 /* Config. Fields of other kinds than `kind` are not looked at. */
 typedef struct vxs_coupling_config {
@@ -43,11 +56,13 @@ typedef struct vxs_coupling_config {
     double damping;   /* d [1], default 1; SPRING_DAMPER: the spring's zeta as well */
     double gain;      /* K [1], default 1 */
     uint32_t prewarp; /* not 0: Tustin exact at w0; default 0 */
-    uint32_t reserved;
-    /* SPRING_DAMPER */
-    double stiffness; /* [N/m], default 1000 */
-    double mass;      /* [kg], default 0.05 */
+    /* QUASI_STATIC */
+    uint32_t evaluations; /* of contact in a tick at most: 1 .. VXS_COUPLING_MAX_EVALUATIONS (default) */
+    /* SPRING_DAMPER and QUASI_STATIC */
+    double stiffness; /* [N/m], default 1000; about an axis stiffness x radius^2 */
     double radius;    /* of gyration of the simulated body [m], default 0.02 */
+    /* SPRING_DAMPER */
+    double mass; /* [kg], default 0.05 */
 } vxs_coupling_config;
 
 /* The biquad of a PT2. */
@@ -70,7 +85,7 @@ VXS_API void vxs_coupling_config_default(vxs_coupling_config *config);
 VXS_API vxs_result vxs_coupling_from_impedance(vxs_coupling_config *config, double stiffness, double damping,
                                                double mass, int physical_gain);
 
-/* VXS_OK; VXS_CONFIG; VXS_PARAM (unknown kind); by name, what cannot be represented:
+/* VXS_OK; VXS_CONFIG; VXS_PARAM (unknown kind, evaluations); by name, what cannot be represented:
  * VXS_SAMPLE_TIME, VXS_FREQUENCY, VXS_DAMPING, VXS_GAIN; VXS_IMPEDANCE (stiffness, mass, radius).
  * Thread: any, set-up. */
 VXS_API vxs_result vxs_coupling_config_check(const vxs_coupling_config *config);
@@ -79,8 +94,8 @@ VXS_API vxs_result vxs_coupling_config_check(const vxs_coupling_config *config);
  * kind. Thread: any, set-up. */
 VXS_API vxs_result vxs_coupling_design(const vxs_coupling_config *config, vxs_coupling_coefficients *out);
 
-/* Name of a kind ("none", "pt2", "spring-damper"), NULL for none such; and back, 0 for none such.
- * Ownership: static. Thread: any, rt-safe. */
+/* Name of a kind ("none", "pt2", "spring-damper", "quasi-static"), NULL for none such; and back, 0 for none
+ * such. Ownership: static. Thread: any, rt-safe. */
 VXS_API const char *vxs_coupling_kind_name(uint32_t kind);
 VXS_API uint32_t vxs_coupling_kind_named(const char *name);
 
@@ -95,9 +110,16 @@ VXS_API vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupli
 /* At rest with the device at this pose: no force, no memory. Thread: the coupling's, rt-safe. */
 VXS_API void vxs_coupling_reset(vxs_coupling *coupling, const vxs_pose *device);
 
-/* Where to evaluate contact in this tick: at the device, or at the simulated body.
+/* Where to evaluate contact: at the device, or at the simulated body.
  * Thread: the coupling's, rt-safe. */
 VXS_API void vxs_coupling_pose(const vxs_coupling *coupling, const vxs_pose *device, vxs_pose *object);
+
+/* Between an evaluation of contact and the step: wrench and depth [m] that were found at vxs_coupling_pose().
+ * Not 0: the body has moved, evaluate contact at vxs_coupling_pose() once more and ask again; 0: go on with
+ * the step. Ends after the config's evaluations at the latest. Only QUASI_STATIC ever asks for more.
+ * Thread: the coupling's, rt-safe. */
+VXS_API int vxs_coupling_refine(vxs_coupling *coupling, const vxs_wrench *contact, double depth,
+                                const vxs_pose *device);
 
 /* One sample: contact wrench at vxs_coupling_pose() in, wrench for the device out. Values below
  * 1e-150 count as 0, so that a state that dies away never turns denormal. A number that is not

@@ -14,7 +14,9 @@
  *     until vxs_servo_clear();
  *   - a stalled loop or link: the command decays to zero within decay_time (10 ms) of its deadline, and
  *     the ramp goes on from what the hand felt last;
- *   - a device in FAULT or GONE gets zero.
+ *   - a device in FAULT or GONE gets zero;
+ *   - nothing is remembered across an arming, a fault or a teleport (max_speed): coupling, slew limit and
+ * ramp begin from rest.
  *
  *     vxs_servo_config config;
  *     vxs_servo_config_default(&config);
@@ -53,7 +55,8 @@ enum {
     VXS_SERVO_DEVICE_STALE = 1 << 13,     /* no new measurement since the last tick */
     VXS_SERVO_MISSED = 1 << 14,           /* ticks were missed before this one */
     VXS_SERVO_DEVICE_LOST = 1 << 15,      /* in FAULT, GONE, or stale past hold and decay: zero force */
-    VXS_SERVO_FAULT = 1 << 16             /* latched zero force until vxs_servo_clear() */
+    VXS_SERVO_FAULT = 1 << 16,            /* latched zero force until vxs_servo_clear() */
+    VXS_SERVO_TELEPORT = 1 << 17 /* moved faster than max_speed, or turned over 90 degrees: as just armed */
 };
 
 /* Config. statics, their maps and shell are borrowed until the servo's last tick. */
@@ -72,6 +75,7 @@ typedef struct vxs_servo_config {
     double max_torque;            /* [N m] > 0; default 0.2 */
     double max_slew;              /* [N/s], in proportion for torque; INFINITY: no limit; 0 (default): from
                                      zero to max_force in 4 ms */
+    double max_speed;             /* of the device [m/s] > 0; beyond it is no motion; default 20 */
     double ramp_time;             /* [s] >= 0; default 0.5 */
     double hold_time;             /* [s] >= 0 a command is full; 0 (default): two samples */
     double decay_time;            /* [s] > 0 from there to zero; default 0.01 */
