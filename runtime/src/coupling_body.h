@@ -7,18 +7,6 @@
 
 #include "coupling_kind.h"
 
-/* The turn from q to the unit quaternion of `to`, as a vector of length 2 sin(angle / 2). */
-static inline void vxsi_turn_between(const double q[4], const double to[4], double turn[3])
-{
-    double w = ((to[0] * q[0] + to[1] * q[1]) + to[2] * q[2]) + to[3] * q[3];
-    double sign = w < 0 ? -2 : 2;
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        turn[i] =
-            sign * (((to[1 + i] * q[0] - to[0] * q[1 + i]) - to[1 + j] * q[1 + k]) + to[1 + k] * q[1 + j]);
-    }
-}
-
 /* q turned by the small vector `turn`; of length 1 again. */
 static inline void vxsi_turn(double q[4], const double turn[3])
 {

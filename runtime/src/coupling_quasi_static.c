@@ -81,7 +81,7 @@ static double dot(const double a[6], const double b[6])
 
 static void way_between(const quasi_static *s, const vxs_pose *from, const vxs_pose *to, double way[6])
 {
-    vxsi_turn_between(from->orientation, to->orientation, way + 3);
+    vxs_pose_turn(from->orientation, to->orientation, way + 3);
     for (int i = 0; i < 3; i++) {
         way[i] = to->position[i] - from->position[i];
         way[3 + i] *= s->radius;

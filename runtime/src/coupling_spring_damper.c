@@ -63,8 +63,8 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
     vxsi_unit_pose(device, &now);
     double t = coupling->sample_time, square = s->radius * s->radius;
     double turn[3], device_turn[3], object_turn[3];
-    vxsi_turn_between(s->object.orientation, now.orientation, turn);
-    vxsi_turn_between(s->device.orientation, now.orientation, device_turn);
+    vxs_pose_turn(s->object.orientation, now.orientation, turn);
+    vxs_pose_turn(s->device.orientation, now.orientation, device_turn);
     for (int i = 0; i < 3; i++) {
         double stretch = now.position[i] - s->object.position[i];
         double device_velocity = (now.position[i] - s->device.position[i]) / t;

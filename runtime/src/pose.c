@@ -56,3 +56,14 @@ int vxs_pose_compose(const vxs_pose *outer, const vxs_pose *inner, vxs_pose *out
     memcpy(out, &composed, sizeof composed);
     return 1;
 }
+
+void vxs_pose_turn(const double from[4], const double to[4], double turn[3])
+{
+    double w = ((to[0] * from[0] + to[1] * from[1]) + to[2] * from[2]) + to[3] * from[3];
+    double sign = w < 0 ? -2 : 2;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        turn[i] = sign * (((to[1 + i] * from[0] - to[0] * from[1 + i]) - to[1 + j] * from[1 + k]) +
+                          to[1 + k] * from[1 + j]);
+    }
+}

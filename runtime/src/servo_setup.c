@@ -9,7 +9,11 @@
 
 enum { ALIGNMENT = 16 };
 
-static const double full_force_time = 0.004; /* [s] of the default slew limit */
+/* Safe by default. */
+static const vxs_effect default_effects[] = {
+    {.struct_size = sizeof(vxs_effect), .kind = VXS_EFFECT_START_INSIDE},
+    {.struct_size = sizeof(vxs_effect), .kind = VXS_EFFECT_SOFT_START, .as.soft_start.time = 0.5},
+};
 
 void vxs_servo_config_default(vxs_servo_config *config)
 {
@@ -22,7 +26,8 @@ void vxs_servo_config_default(vxs_servo_config *config)
     config->max_force = 3;
     config->max_torque = 0.2;
     config->max_speed = 20;
-    config->ramp_time = 0.5;
+    config->effects = default_effects;
+    config->effect_count = sizeof default_effects / sizeof *default_effects;
     config->decay_time = 0.01;
 }
 
@@ -33,6 +38,20 @@ static int is_positive(double value)
 static int is_time(double value)
 {
     return value >= 0 && value <= 3600;
+}
+
+/* Each effect is sound and there once. */
+static vxs_result check_effects(const vxs_servo_config *config)
+{
+    if (config->effect_count > VXSI_STAGE_MOST || (config->effect_count > 0 && !config->effects))
+        return VXS_PARAM;
+    for (uint32_t n = 0; n < config->effect_count; n++) {
+        vxs_result result = vxs_effect_check(&config->effects[n]);
+        if (result != VXS_OK) return result;
+        for (uint32_t m = 0; m < n; m++)
+            if (config->effects[m].kind == config->effects[n].kind) return VXS_PARAM;
+    }
+    return VXS_OK;
 }
 
 vxs_result vxs_servo_config_check(const vxs_servo_config *config)
@@ -53,10 +72,11 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
         return VXS_PARAM;
     if (!is_positive(config->scale) || !is_positive(config->max_force) || !is_positive(config->max_torque))
         return VXS_PARAM;
-    if (!(config->max_slew >= 0) || !(config->max_speed > 0) || !is_time(config->ramp_time) ||
-        !is_time(config->hold_time) || !is_time(config->decay_time) || config->decay_time < 1e-6)
+    if (!(config->max_speed > 0) || !is_time(config->hold_time) || !is_time(config->decay_time) ||
+        config->decay_time < 1e-6)
         return VXS_PARAM;
-    vxs_result result = vxs_contact_config_check(&config->contact);
+    vxs_result result = check_effects(config);
+    if (result == VXS_OK) result = vxs_contact_config_check(&config->contact);
     return result == VXS_OK ? vxs_coupling_config_check(&config->coupling) : result;
 }
 
@@ -67,10 +87,42 @@ static size_t round_up(size_t size)
 
 size_t vxs_servo_memory(const vxs_servo_config *config)
 {
-    if (!config || !config->shell || config->static_count > VXS_CONTACT_MAX_STATICS) return 0;
-    return round_up(sizeof(vxs_servo)) + vxs_coupling_memory() +
+    if (!config || !config->shell || config->static_count > VXS_CONTACT_MAX_STATICS ||
+        check_effects(config) != VXS_OK)
+        return 0;
+    size_t effects = 0;
+    for (uint32_t n = 0; n < config->effect_count; n++)
+        effects += round_up(vxsi_stage_of(config->effects[n].kind)->size);
+    return round_up(sizeof(vxs_servo)) + effects + vxs_coupling_memory() +
            round_up(vxs_contact_memory(config->shell, config->static_count)) +
            (config->contact.most_points ? vxs_contact_levels_memory(config->shell) : 0);
+}
+
+static const vxs_effect *find_effect(const vxs_servo_config *config, uint32_t kind)
+{
+    for (uint32_t n = 0; n < config->effect_count; n++)
+        if (config->effects[n].kind == kind) return &config->effects[n];
+    return NULL;
+}
+
+/* The table's stages that the config calls for, in the table's order; effects' memory from bytes on. Returns
+ * where it ends. */
+static uint8_t *list_steps(vxs_servo *servo, const vxs_servo_config *config, uint8_t *bytes)
+{
+    for (uint32_t n = 0; n < vxsi_servo_table_size; n++) {
+        const vxsi_stage *stage = vxsi_servo_table[n];
+        const vxs_effect *effect = stage->effect ? find_effect(config, stage->effect) : NULL;
+        if (stage->effect && !effect) continue;
+        void *self = servo;
+        if (effect) {
+            self = bytes;
+            bytes += round_up(stage->size);
+            memset(self, 0, stage->size);
+            if (stage->set_up) stage->set_up(self, effect, config);
+        }
+        servo->steps[servo->step_count++] = (vxsi_step){stage->run, self, stage->reset};
+    }
+    return bytes;
 }
 
 /* The device's tip in the shell's frame: -R^T position of the grip. */
@@ -94,7 +146,8 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     memset(servo, 0, sizeof *servo);
     servo->config = *config;
     double sample_time = config->coupling.sample_time;
-    if (servo->config.max_slew == 0) servo->config.max_slew = config->max_force / full_force_time;
+    servo->config.effects = NULL;
+    servo->config.effect_count = 0;
     if (servo->config.hold_time == 0) servo->config.hold_time = 2 * sample_time;
     tip_in_shell(&config->grip, servo->config.contact.reference);
     vxs_pose_rotation(&config->mount, servo->mount);
@@ -102,7 +155,7 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     servo->hold_ns = (int64_t)(servo->config.hold_time * 1e9 + 0.5);
     servo->decay_ns = (int64_t)(config->decay_time * 1e9 + 0.5);
 
-    bytes += round_up(sizeof *servo);
+    bytes = list_steps(servo, config, bytes + round_up(sizeof *servo));
     result = vxs_coupling_init(bytes, vxs_coupling_memory(), &config->coupling, &servo->coupling);
     bytes += vxs_coupling_memory();
     if (result == VXS_OK)

@@ -15,6 +15,7 @@ typedef struct servo_bench {
     vxs_pointshell shell;
     vxs_simulated_config device_config;
     vxs_servo_config servo_config;
+    vxs_effect effects[8];
     void *device_memory, *servo_memory;
     vxs_device *device;
     vxs_servo *servo;
@@ -42,6 +43,16 @@ static inline void bench_prepare(servo_bench *b)
     b->servo_config.max_force = 8.5;
     b->servo_config.contact.weighting = VXS_CONTACT_AREA;
     b->servo_config.contact.stiffness = 1e8;
+}
+
+/* Adds an effect, to change before bench_open(): the first replaces the default ones. */
+static inline vxs_effect *bench_effect(servo_bench *b, uint32_t kind)
+{
+    if (b->servo_config.effects != b->effects) b->servo_config.effect_count = 0;
+    b->servo_config.effects = b->effects;
+    vxs_effect *effect = &b->effects[b->servo_config.effect_count++];
+    CHECK_INT(vxs_effect_default(kind, effect), VXS_OK);
+    return effect;
 }
 
 static inline void bench_open(servo_bench *b)

@@ -5,8 +5,28 @@
 #include "check.h"
 #include "voxshell/pose.h"
 
+/* A turn by an angle about an axis, from any orientation, either sign of the quaternion. */
+static void check_turn(void)
+{
+    const double axis[3] = {0.48, -0.6, 0.64};
+    const vxs_pose from = {{0, 0, 0}, {0.5, 0.1, -0.7, 0.5}};
+    for (int n = 0; n < 8; n++) {
+        double angle = n < 4 ? 0.05 * n / 3 : 3, turn[3], half = angle / 2;
+        vxs_pose by = {{0, 0, 0}, {cos(half), sin(half) * axis[0], sin(half) * axis[1], sin(half) * axis[2]}};
+        vxs_pose to;
+        CHECK(vxs_pose_compose(&by, &from, &to));
+        for (int i = 0; n % 2 && i < 4; i++) to.orientation[i] *= -1;
+        vxs_pose_turn(from.orientation, to.orientation, turn);
+        for (int i = 0; i < 3; i++) {
+            CHECK_NEAR(turn[i], 2 * sin(half) * axis[i], 1e-12);
+            if (n < 4) CHECK_NEAR(turn[i], angle * axis[i], 1.1e-4 * angle + 1e-12);
+        }
+    }
+}
+
 int main(void)
 {
+    check_turn();
     double r[9] = {0};
     vxs_pose pose = {{1, 2, 3}, {3, 0, 0, 3}}; /* a quarter turn about z, not of length 1 */
     CHECK(vxs_pose_rotation(&pose, r));

@@ -15,7 +15,6 @@ static void check_off_and_ramp(void)
     vxs_servo_trace row;
     bench_prepare(&b);
     b.servo_config.coupling.kind = VXS_COUPLING_NONE;
-    b.servo_config.max_slew = INFINITY;
     bench_open(&b);
     uint32_t flags = bench_tick(&b, 0.012, &row);
     CHECK_INT(flags, VXS_SERVO_OFF | VXS_CONTACT_OUT_OF_MAP); /* the map's box ends at y = 0 */
@@ -54,7 +53,7 @@ static void check_rearm(void)
     servo_bench b;
     vxs_servo_trace row;
     bench_prepare(&b);
-    b.servo_config.ramp_time = 0;
+    bench_effect(&b, VXS_EFFECT_START_INSIDE);
     bench_open(&b);
     CHECK_INT(vxs_device_arm(b.device), VXS_OK);
     for (int k = 0; k < 600; k++) bench_tick(&b, k < 10 ? 0.012 : 0.0088, &row);
@@ -153,8 +152,7 @@ static void check_clamp(void)
     bench_prepare(&b);
     b.servo_config.max_force = 1;
     b.servo_config.max_torque = 0.001;
-    b.servo_config.max_slew = INFINITY;
-    b.servo_config.ramp_time = 0;
+    bench_effect(&b, VXS_EFFECT_START_INSIDE);
     b.servo_config.coupling.kind = VXS_COUPLING_NONE;
     b.servo_config.contact.stiffness = 1e11;
     b.servo_config.grip.position[0] = 0.003; /* the ball beside the tip: torque */
@@ -180,7 +178,7 @@ static void check_grip(void)
     servo_bench b;
     vxs_servo_trace row;
     bench_prepare(&b);
-    b.servo_config.ramp_time = 0;
+    bench_effect(&b, VXS_EFFECT_START_INSIDE);
     b.servo_config.coupling.kind = VXS_COUPLING_NONE;
     b.servo_config.grip.position[0] = 0.003;
     b.servo_config.grip.orientation[1] = 0.5;
@@ -190,27 +188,6 @@ static void check_grip(void)
     CHECK(row.collision.force[1] > 0.05);
     /* r x F with r = 3 mm in x to the ball's axis */
     CHECK_NEAR(row.collision.torque[2] / row.collision.force[1], 0.003, 0.0005);
-    bench_close(&b);
-}
-
-static void check_slew(void)
-{
-    servo_bench b;
-    vxs_servo_trace row;
-    bench_prepare(&b);
-    b.servo_config.max_slew = 20; /* 0.02 N a tick */
-    b.servo_config.ramp_time = 0;
-    b.servo_config.coupling.kind = VXS_COUPLING_NONE;
-    bench_open(&b);
-    CHECK_INT(vxs_device_arm(b.device), VXS_OK);
-    double last = 0;
-    int slewed = 0;
-    for (int k = 0; k < 500; k++) {
-        slewed += (bench_tick(&b, k < 10 ? 0.012 : 0.009, &row) & VXS_SERVO_SLEWED) != 0;
-        CHECK(fabs(row.command.force[1] - last) <= 0.02 + 1e-12);
-        last = row.command.force[1];
-    }
-    CHECK(slewed > 5 && last > 0.1);
     bench_close(&b);
 }
 
@@ -261,7 +238,7 @@ static void check_mount_and_scale(void)
     vxs_pose mount = {{0, 0, 0}, {1, 1, 0, 0}}; /* y -> z, z -> -y */
     b.servo_config.mount = mount;
     b.servo_config.scale = 0.5;
-    b.servo_config.ramp_time = 0;
+    bench_effect(&b, VXS_EFFECT_START_INSIDE);
     b.device_config.start.position[1] = 0;
     b.device_config.start.position[2] = -0.024;
     bench_open(&b);
@@ -311,7 +288,6 @@ int main(void)
     check_fault();
     check_clamp();
     check_grip();
-    check_slew();
     check_missed();
     check_mount_and_scale();
     check_config();

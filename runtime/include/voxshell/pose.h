@@ -40,6 +40,10 @@ VXS_API int vxs_pose_rotation(const vxs_pose *pose, double rotation[9]);
  * Thread: any, rt-safe. */
 VXS_API int vxs_pose_compose(const vxs_pose *outer, const vxs_pose *inner, vxs_pose *out);
 
+/* The turn from one orientation to another (unit quaternions), the short way round: along its axis, of length
+ * 2 sin(angle / 2), which is the angle to within 1e-4 of it up to 0.05 rad. Thread: any, rt-safe. */
+VXS_API void vxs_pose_turn(const double from[4], const double to[4], double turn[3]);
+
 #ifdef __cplusplus
 }
 #endif

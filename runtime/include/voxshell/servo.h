@@ -4,19 +4,24 @@
  *
  * vxs_servo_tick() is pure: no clock, no system call, no allocation; virtual or real time is the
  * caller's choice. One tick:
- *     pose -> contact -> coupling -> slew limit -> clamp (one common factor) -> ramp -> command
+ *     pose -> contact -> coupling -> clamp (one common factor) -> command
+ * with the effects that the config lists between them (effect.h), each where its nature puts it.
  * vxs_servo_thread runs device exchange and tick on the wall clock (servo_thread.h).
  *
  * What a hand can rely on:
- *   - force is zero until the device is ARMED, and ramps up over ramp_time from then on;
- *   - armed inside or touching the scene: zero and VXS_SERVO_START_IN_CONTACT until it was free once;
+ *   - force is zero until the device is ARMED;
+ *   - no force above max_force, no torque above max_torque; their directions are kept;
  *   - a number that is not finite, from the device or from a computation: FAULT, zero force, latched
  *     until vxs_servo_clear();
- *   - a stalled loop or link: the command decays to zero within decay_time (10 ms) of its deadline, and
- *     the ramp goes on from what the hand felt last;
+ *   - a stalled loop or link: the command decays to zero within decay_time (10 ms) of its deadline;
  *   - a device in FAULT or GONE gets zero;
- *   - nothing is remembered across an arming, a fault or a teleport (max_speed): coupling, slew limit and
- * ramp begin from rest.
+ *   - nothing is remembered across an arming, a fault or a teleport (max_speed): coupling and effects begin
+ *     from rest.
+ * And unless the config lists other effects than the default ones:
+ *   - force ramps up over 0.5 s from arming on, and after a stall from what the hand felt last (soft-start);
+ *   - armed inside or touching the scene: zero and VXS_SERVO_START_IN_CONTACT until it was free once
+ *     (start-inside).
+ * A backend that drives motors will refuse a servo without these two.
  *
  *     vxs_servo_config config;
  *     vxs_servo_config_default(&config);
@@ -39,6 +44,7 @@
 #include "voxshell/contact.h"
 #include "voxshell/coupling.h"
 #include "voxshell/device.h"
+#include "voxshell/effect.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -56,7 +62,8 @@ enum {
     VXS_SERVO_MISSED = 1 << 14,           /* ticks were missed before this one */
     VXS_SERVO_DEVICE_LOST = 1 << 15,      /* in FAULT, GONE, or stale past hold and decay: zero force */
     VXS_SERVO_FAULT = 1 << 16,            /* latched zero force until vxs_servo_clear() */
-    VXS_SERVO_TELEPORT = 1 << 17 /* moved faster than max_speed, or turned over 90 degrees: as just armed */
+    VXS_SERVO_TELEPORT = 1 << 17, /* moved faster than max_speed, or turned over 90 degrees: as just armed */
+    VXS_SERVO_DAMPED = 1 << 18    /* the passivity controller acted */
 };
 
 /* Config. statics, their maps and shell are borrowed until the servo's last tick. */
@@ -73,12 +80,13 @@ typedef struct vxs_servo_config {
     vxs_coupling_config coupling; /* its sample_time is the tick's T */
     double max_force;             /* [N] > 0; default 3 */
     double max_torque;            /* [N m] > 0; default 0.2 */
-    double max_slew;              /* [N/s], in proportion for torque; INFINITY: no limit; 0 (default): from
-                                     zero to max_force in 4 ms */
     double max_speed;             /* of the device [m/s] > 0; beyond it is no motion; default 20 */
-    double ramp_time;             /* [s] >= 0; default 0.5 */
-    double hold_time;             /* [s] >= 0 a command is full; 0 (default): two samples */
-    double decay_time;            /* [s] > 0 from there to zero; default 0.01 */
+    const vxs_effect *effects;    /* effect_count, each kind once, in any order; copied by vxs_servo_init().
+                                     Default: soft-start and start-inside as they are by default */
+    uint32_t effect_count;
+    uint32_t reserved;
+    double hold_time;  /* [s] >= 0 a command is full; 0 (default): two samples */
+    double decay_time; /* [s] > 0 from there to zero; default 0.01 */
 } vxs_servo_config;
 
 /* One row of a trace. Frame: the device's for pose and command, the scene's for collision and output. */
@@ -87,10 +95,12 @@ typedef struct vxs_servo_trace {
     int64_t time_ns;      /* the device's */
     vxs_pose pose;        /* of the device */
     vxs_wrench collision; /* of the contact */
-    vxs_wrench output;    /* of the coupling, before slew, clamp and ramp */
+    vxs_wrench output;    /* of the coupling, before what follows it */
     vxs_wrench command;   /* as commanded */
     double depth;         /* [m] */
-    double gain;          /* of the ramp, 0 .. 1 */
+    double gain;          /* of the ramp, 0 .. 1; 0 while the force is off, 1 without soft-start */
+    double energy;        /* passivity: taken from the hand since it was armed [J]; else 0 */
+    double damping;       /* passivity: injected in this tick [N s/m]; else 0 */
     uint32_t points;      /* colliding */
     uint32_t deep_points;
     uint32_t patches;
@@ -105,7 +115,8 @@ typedef struct vxs_servo vxs_servo;
 /* All but map and shell. Thread: any, rt-safe. */
 VXS_API void vxs_servo_config_default(vxs_servo_config *config);
 
-/* VXS_OK; VXS_CONFIG; VXS_PARAM; as vxs_contact_config_check() and vxs_coupling_config_check().
+/* VXS_OK; VXS_CONFIG; VXS_PARAM; as vxs_contact_config_check(), vxs_coupling_config_check() and
+ * vxs_effect_check().
  * Thread: any, set-up. */
 VXS_API vxs_result vxs_servo_config_check(const vxs_servo_config *config);
 

@@ -9,6 +9,7 @@
 #include "voxshell/contact.h"
 #include "voxshell/coupling.h"
 #include "voxshell/device.h"
+#include "voxshell/effect.h"
 #include "voxshell/pointshell.h"
 #include "voxshell/pose.h"
 #include "voxshell/result.h"

@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * effect.h - what a scene may ask of the servo's tick beyond contact and coupling.
+ *
+ * The tick is a list of stages that vxs_servo_init() resolves: contact, coupling and clamp are always
+ * in it, an effect only if the config lists it. What is not listed costs nothing. The order is the
+ * table's (src/servo_table.c), whatever the order of the config's list:
+ *
+ *     contact -> start-inside -> coupling -> passivity -> slew -> clamp -> soft-start
+ *
+ * Guards:
+ *   START_INSIDE  armed inside or touching the scene: zero force and VXS_SERVO_START_IN_CONTACT until
+ *                 the object was free once.
+ *   PASSIVITY     the time-domain passivity observer and controller of Hannaford and Ryu (2002), in its
+ *                 position form: the energy that the tick has taken from the hand,
+ *                     E_k = E_(k-1) - f_(k-1-d) . (x_k - x_(k-1)),
+ *                 is exact for a command f that a device holds over a sample, d samples late, as long as
+ *                 every tick has a new measurement. It counts what was commanded: after slew, clamp and
+ *                 ramp. If E would be below zero once the commands under way and this one have acted, the
+ *                 motion going on as in the last sample, a damping takes what is missing:
+ *                     f -= a v,  a = -E T / |x_k - x_(k-1)|^2, at most most_damping.
+ *                 Turning adds torque . turn to the energy; |v|^2 is then v^2 + radius^2 w^2 and the
+ *                 torque damped by a radius^2 w. Uncapped, and no slower than least_speed, E stays above
+ *                     -F A T^2 (d+1)(d+2)/2
+ *                 for commands up to F [N] and accelerations up to A [m/s^2], encoder noise included. The
+ *                 damping itself never gives more than most_damping |v| |x_(k+1+d) - x_(k+d)| in a
+ *                 sample, where the hand turned round; that is observed too. What was taken may be given
+ *                 back until nothing touches and the wrench is below 1 uN; then it is forgotten (a
+ *                 deficit is not).
+ *   SLEW          the wrench changes no faster than a rate, force and torque each along a straight line.
+ *   SOFT_START    the wrench is multiplied by a gain that grows from 0 to 1 over `time` from arming on.
+ *                 After missed ticks it goes on from the share that the device still rendered.
+ */
+#ifndef VOXSHELL_EFFECT_H
+#define VOXSHELL_EFFECT_H
+
+#include "voxshell/result.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    VXS_EFFECT_START_INSIDE = 1,
+    VXS_EFFECT_PASSIVITY = 2,
+    VXS_EFFECT_SLEW = 3,
+    VXS_EFFECT_SOFT_START = 4
+};
+
+enum { VXS_EFFECT_MAX_DELAY = 64 };
+
+/* Config of one effect: filled by vxs_effect_default(). */
+typedef struct vxs_effect {
+    uint32_t struct_size;
+    uint32_t kind; /* VXS_EFFECT_* */
+    union {
+        struct {
+            double most_damping; /* [N s/m] > 0; default 5. Above about m / (T (d + 1/2)) of the felt mass m
+                                    it shakes by itself; a device's caps say what it recommends */
+            double least_speed;  /* [m/s] >= 0, below it nothing is damped; default 0.001 */
+            double radius;       /* [m] >= 0, of turning; 0 (default): turning is neither counted nor damped,
+                                    as for a device that renders no torque */
+            uint32_t delay;      /* d, 0 .. VXS_EFFECT_MAX_DELAY: caps.delay_samples; default 1 */
+        } passivity;
+        struct {
+            double force;  /* [N/s] >= 0; 0 (default): from zero to max_force in 4 ms */
+            double torque; /* [N m/s] >= 0; 0 (default): from zero to max_torque in 4 ms */
+        } slew;
+        struct {
+            double time; /* [s] >= 0; default 0.5 */
+        } soft_start;
+    } as;
+} vxs_effect;
+
+/* VXS_OK; VXS_PARAM for no such kind (effect untouched). Thread: any, rt-safe. */
+VXS_API vxs_result vxs_effect_default(uint32_t kind, vxs_effect *effect);
+
+/* VXS_OK; VXS_CONFIG; VXS_PARAM (no such kind, or a number out of its range). Thread: any, set-up. */
+VXS_API vxs_result vxs_effect_check(const vxs_effect *effect);
+
+/* Name of a kind ("start-inside", "passivity", "slew", "soft-start"), NULL for none such; and back, 0 for
+ * none such. Ownership: static. Thread: any, rt-safe. */
+VXS_API const char *vxs_effect_kind_name(uint32_t kind);
+VXS_API uint32_t vxs_effect_kind_named(const char *name);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Effects by kind and by name: what the table says.
+ */
+#include "servo_stage.h"
+
+#include <string.h>
+
+const vxsi_stage *vxsi_stage_of(uint32_t effect)
+{
+    for (uint32_t n = 0; effect && n < vxsi_servo_table_size; n++) {
+        if (vxsi_servo_table[n]->effect == effect) return vxsi_servo_table[n];
+    }
+    return NULL;
+}
+
+vxs_result vxs_effect_default(uint32_t kind, vxs_effect *effect)
+{
+    const vxsi_stage *stage = vxsi_stage_of(kind);
+    if (!stage || !effect) return VXS_PARAM;
+    memset(effect, 0, sizeof *effect);
+    effect->struct_size = sizeof *effect;
+    effect->kind = kind;
+    if (stage->defaults) stage->defaults(effect);
+    return VXS_OK;
+}
+
+vxs_result vxs_effect_check(const vxs_effect *effect)
+{
+    if (!effect) return VXS_PARAM;
+    if (effect->struct_size != sizeof *effect) return VXS_CONFIG;
+    const vxsi_stage *stage = vxsi_stage_of(effect->kind);
+    if (!stage) return VXS_PARAM;
+    return stage->check ? stage->check(effect) : VXS_OK;
+}
+
+const char *vxs_effect_kind_name(uint32_t kind)
+{
+    const vxsi_stage *stage = vxsi_stage_of(kind);
+    return stage ? stage->name : NULL;
+}
+
+uint32_t vxs_effect_kind_named(const char *name)
+{
+    for (uint32_t n = 0; name && n < vxsi_servo_table_size; n++) {
+        const vxsi_stage *stage = vxsi_servo_table[n];
+        if (stage->effect && strcmp(stage->name, name) == 0) return stage->effect;
+    }
+    return 0;
+}

@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * No force until the object was free once. It has no constants.
+ */
+#include "../servo_stage.h"
+
+typedef struct start_inside {
+    uint32_t was_free; /* since the reset */
+} start_inside;
+
+static void reset(void *self, const vxs_pose *tip)
+{
+    (void)tip;
+    ((start_inside *)self)->was_free = 0;
+}
+
+static void run(void *self, vxsi_tick *tick)
+{
+    start_inside *s = self;
+    if (s->was_free) return;
+    if (tick->contact.points > 0 || tick->contact.deep_points > 0)
+        tick->flags |= VXS_SERVO_START_IN_CONTACT;
+    else
+        s->was_free = 1;
+}
+
+extern const vxsi_stage vxsi_stage_start_inside;
+const vxsi_stage vxsi_stage_start_inside = {.effect = VXS_EFFECT_START_INSIDE,
+                                            .name = "start-inside",
+                                            .size = sizeof(start_inside),
+                                            .reset = reset,
+                                            .run = run};

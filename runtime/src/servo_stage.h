@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * servo_stage.h - private: what a stage of the tick is. An effect is src/effects/NAME.c and one row of
+ * servo_table.c; taking both away takes the effect away and nothing else. Its file is part of the tick:
+ * nothing in it may block, allocate, lock, call the system or a transcendental function.
+ */
+#ifndef VXSI_SERVO_STAGE_H
+#define VXSI_SERVO_STAGE_H
+
+#include "voxshell/servo.h"
+
+/* What stages hand on, from the first to the last. */
+typedef struct vxsi_tick {
+    const vxs_device_state *state; /* finite; device frame */
+    vxs_pose tip;                  /* the device's tip in the scene */
+    vxs_contact_result contact;    /* from the stage contact on */
+    vxs_wrench output;             /* from the stage coupling on; scene's frame */
+    /* On the hand. Up to the stage coupling at the object and in the scene's frame, after it at the tip and
+     * in the device's. */
+    vxs_wrench wrench;
+    const vxs_wrench *last; /* commanded by the tick before */
+    double share; /* of it that the device still rendered when this tick came: 1 unless it was late */
+    double gain, energy, damping; /* for the trace */
+    uint32_t is_armed;
+    uint32_t flags; /* one of VXSI_TICK_ENDS ends the list: zero wrench, and all stages are reset */
+} vxsi_tick;
+
+enum { VXSI_TICK_ENDS = VXS_SERVO_OFF | VXS_SERVO_START_IN_CONTACT | VXS_SERVO_FAULT };
+
+typedef struct vxsi_stage {
+    uint32_t effect;  /* VXS_EFFECT_*; 0: always there, its self is the servo */
+    const char *name; /* as people write it */
+    size_t size;      /* bytes of self */
+    /* At set-up, of an effect; optional. self is all 0 before set_up. */
+    void (*defaults)(vxs_effect *effect);
+    vxs_result (*check)(const vxs_effect *effect);
+    void (*set_up)(void *self, const vxs_effect *effect, const vxs_servo_config *config);
+    /* In the tick. reset: to rest with the device at the tip; optional. */
+    void (*reset)(void *self, const vxs_pose *tip);
+    void (*run)(void *self, vxsi_tick *tick);
+} vxsi_stage;
+
+/* In order of execution. */
+extern const vxsi_stage *const vxsi_servo_table[];
+extern const uint32_t vxsi_servo_table_size;
+enum { VXSI_STAGE_MOST = 16 };
+
+/* The row of an effect, NULL for none such. */
+const vxsi_stage *vxsi_stage_of(uint32_t effect);
+
+#endif

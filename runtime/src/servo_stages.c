@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The stages that every tick has. rt-safe.
+ */
+#include "servo_state.h"
+
+static void evaluate_contact(void *self, vxsi_tick *tick)
+{
+    vxs_servo *servo = self;
+    uint32_t flags;
+    do {
+        vxs_pose body, object;
+        vxs_coupling_pose(servo->coupling, &tick->tip, &body);
+        if (!vxs_pose_compose(&body, &servo->config.grip, &object)) {
+            tick->flags |= VXS_SERVO_FAULT;
+            return;
+        }
+        flags = vxs_contact_evaluate(servo->contact, servo->config.statics, servo->config.static_count,
+                                     &object, &servo->config.contact, &tick->contact);
+    } while (!(flags & VXS_CONTACT_INVALID) && servo->is_live &&
+             vxs_coupling_refine(servo->coupling, &tick->contact.wrench, tick->contact.depth, &tick->tip));
+    tick->flags |= flags;
+    tick->wrench = tick->contact.wrench;
+    if (flags & VXS_CONTACT_INVALID)
+        tick->flags |= VXS_SERVO_FAULT;
+    else if (!tick->is_armed)
+        tick->flags |= VXS_SERVO_OFF;
+}
+
+static void to_device_frame(const vxs_servo *servo, const double v[3], double out[3])
+{
+    const double *r = servo->mount;
+    for (int i = 0; i < 3; i++) out[i] = (r[i] * v[0] + r[3 + i] * v[1]) + r[6 + i] * v[2];
+}
+
+static void couple(void *self, vxsi_tick *tick)
+{
+    vxs_servo *servo = self;
+    if (vxs_coupling_step(servo->coupling, &tick->wrench, &tick->tip, &tick->output) & VXS_COUPLING_INVALID)
+        tick->flags |= VXS_SERVO_FAULT;
+    to_device_frame(servo, tick->output.force, tick->wrench.force);
+    to_device_frame(servo, tick->output.torque, tick->wrench.torque);
+}
+
+static void reset_coupling(void *self, const vxs_pose *tip)
+{
+    vxs_servo *servo = self;
+    vxs_coupling_reset(servo->coupling, tip);
+}
+
+static int clamp(double v[3], double limit)
+{
+    double factor = vxs_device_clamp_factor(v, limit);
+    for (int axis = 0; axis < 3; axis++) v[axis] *= factor;
+    return factor < 1;
+}
+
+static void clamp_both(void *self, vxsi_tick *tick)
+{
+    const vxs_servo_config *config = &((const vxs_servo *)self)->config;
+    if (clamp(tick->wrench.force, config->max_force)) tick->flags |= VXS_SERVO_SATURATED;
+    if (clamp(tick->wrench.torque, config->max_torque)) tick->flags |= VXS_SERVO_SATURATED;
+}
+
+extern const vxsi_stage vxsi_stage_contact, vxsi_stage_coupling, vxsi_stage_clamp;
+const vxsi_stage vxsi_stage_contact = {.name = "contact", .run = evaluate_contact};
+const vxsi_stage vxsi_stage_coupling = {.name = "coupling", .reset = reset_coupling, .run = couple};
+const vxsi_stage vxsi_stage_clamp = {.name = "clamp", .run = clamp_both};

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The stages of a tick in their order: one row each. Those without a kind (effect.h) are always there.
+ */
+#include "servo_stage.h"
+
+#define TABLE                                                                                                \
+    ROW(contact)                                                                                             \
+    ROW(start_inside)                                                                                        \
+    ROW(coupling)                                                                                            \
+    ROW(passivity)                                                                                           \
+    ROW(slew)                                                                                                \
+    ROW(clamp)                                                                                               \
+    ROW(soft_start)
+
+#define ROW(name) extern const vxsi_stage vxsi_stage_##name;
+TABLE
+#undef ROW
+
+#define ROW(name) &vxsi_stage_##name,
+const vxsi_stage *const vxsi_servo_table[] = {TABLE};
+const uint32_t vxsi_servo_table_size = sizeof vxsi_servo_table / sizeof *vxsi_servo_table;
+
+_Static_assert(sizeof vxsi_servo_table / sizeof *vxsi_servo_table <= VXSI_STAGE_MOST,
+               "a servo holds them all");
