@@ -71,6 +71,32 @@ class Simulate(command.CommandTest):
         self.assertEqual([stage['stage'] for stage in told['explain']], ['exchange', 'contact', 'coupling', 'tick'])
         self.assertEqual(set(told['flag_ticks']) - {'ramping', 'deep'}, set())
 
+    def test_guards(self):
+        """A loop that hums (count weighting, stiff): passivity calms it, and each list of guards does what it says."""
+        def run(guards):
+            def change(scene):
+                scene['contact'] = {'law': 'average', 'weighting': 'count', 'stiffness': '500N/m'}
+                scene.pop('guards', None)
+                if guards is not None:
+                    scene['guards'] = guards
+            self.edit(change)
+            told = json.loads(self.simulate('--trace', 'a.csv', '--force', '--explain', '--format', 'json', '--quiet').stdout)
+            rows = steps(self.path('a.csv'))[-300:]
+            return told, max(row['device_x_m'] for row in rows) - min(row['device_x_m'] for row in rows)
+
+        safe, hum = run(None)
+        self.assertIn('ramping', safe['flag_ticks'])
+        self.assertTrue(safe['explain'][-1]['what'].endswith(', start-inside, soft-start: the whole of it'))
+        self.assertEqual(safe['energy_min_j'], 0)
+        bare, _ = run([])
+        self.assertNotIn('ramping', bare['flag_ticks'])
+        self.assertTrue(bare['explain'][-1]['what'].endswith(' N: the whole of it'))
+        calm, rest = run([{'kind': 'start-inside'}, {'kind': 'soft-start'}, {'kind': 'passivity'}])
+        self.assertGreater(calm['flag_ticks']['damped'], 100)
+        self.assertLess(calm['energy_min_j'], 0)
+        print(f'swing of the last 0.3 s: {1e3 * hum:.3f} mm, with passivity {1e3 * rest:.3f} mm', file=sys.stderr)
+        self.assertLess(rest, hum / 2)
+
     def test_realtime(self):
         told = json.loads(self.simulate('--realtime', '--seconds', 0.3, '--format', 'json', '--quiet').stdout)
         self.assertGreater(told['ticks'], 0)

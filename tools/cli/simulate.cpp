@@ -136,6 +136,9 @@ void tell(const SceneFile &scene, const Assets &assets, const RunOptions &option
                    format_count(run.probed_most),
                    run.level_most ? fmt::format("some at level of detail {} of 3", run.level_most) : "all levels of detail kept");
     }
+    if (scene.guards.passivity) {
+        fmt::print("  energy  taken from the hand never below {:.3g} mJ\n", 1e3 * run.energy_least);
+    }
     fmt::print("  flags   {}\n", flags_text(run));
     fmt::print("  tick    {}\n", durations_text(run.tick));
     if (run.realtime) {
@@ -175,6 +178,7 @@ json summary(const SceneFile &scene, const Assets &assets, const RunOptions &opt
                 {"level_max", run.level_most},
                 {"depth_max_m", run.depth_most},
                 {"reach_max_m", run.reach_most},
+                {"energy_min_j", run.energy_least},
                 {"flag_ticks", flags},
                 {"tick", durations_json(run.tick)}};
     if (run.realtime) {

@@ -34,6 +34,14 @@ constexpr Unit units[] = {
     {Dimension::foundation, "N/mm^3", 9},
     {Dimension::mass, "kg", 0},
     {Dimension::mass, "g", -3},
+    {Dimension::speed, "m/s", 0},
+    {Dimension::speed, "mm/s", -3},
+    {Dimension::damping, "Ns/m", 0},
+    {Dimension::damping, "Ns/mm", 3},
+    {Dimension::force_rate, "N/s", 0},
+    {Dimension::force_rate, "N/ms", 3},
+    {Dimension::torque_rate, "Nm/s", 0},
+    {Dimension::torque_rate, "Nm/ms", 3},
 };
 
 /// All of `text` as a number.

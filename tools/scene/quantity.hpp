@@ -8,10 +8,10 @@
 
 namespace voxshell {
 
-enum class Dimension { length, time, frequency, angle, stiffness, foundation, mass };
+enum class Dimension { length, time, frequency, angle, stiffness, foundation, mass, speed, damping, force_rate, torque_rate };
 
 /// The SI value of "NUMBER UNIT" (a space between them is optional), or nothing if it is not a finite number with
-/// a unit of that dimension. SI: m, s, Hz, rad, N/m, N/m^3, kg.
+/// a unit of that dimension. SI: m, s, Hz, rad, N/m, N/m^3, kg, m/s, Ns/m, N/s, Nm/s.
 std::optional<double> parse_quantity(std::string_view text, Dimension dimension);
 
 /// The units of a dimension for a message: "m, mm, cm, um or in".

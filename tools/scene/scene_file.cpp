@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 namespace voxshell {
 namespace {
@@ -143,6 +144,54 @@ void coupling(const JsonPlace &at, SceneFile &scene)
     }
 }
 
+double positive_or(const JsonObject &object, std::string_view key, Dimension dimension, double otherwise)
+{
+    const auto found = object.find(key);
+    return found ? positive(*found, dimension) : otherwise;
+}
+
+Guards guards(const JsonPlace &at)
+{
+    Guards result{.start_inside = false, .soft_start = {}, .slew = {}, .passivity = {}};
+    for (const JsonPlace &item : at.items(0, 4)) {
+        const JsonPlace kind =
+            JsonObject(item, {"kind", "time", "force", "torque", "damping", "least_speed", "radius"}).get("kind");
+        bool is_twice = false;
+        switch (kind.choice({"start-inside", "soft-start", "slew", "passivity"})) {
+        case 0: {
+            JsonObject(item, {"kind"});
+            is_twice = std::exchange(result.start_inside, true);
+            break;
+        }
+        case 1: {
+            const JsonObject object(item, {"kind", "time"});
+            is_twice = result.soft_start.has_value();
+            result.soft_start = positive_or(object, "time", Dimension::time, 0.5);
+            break;
+        }
+        case 2: {
+            const JsonObject object(item, {"kind", "force", "torque"});
+            is_twice = result.slew.has_value();
+            result.slew = Guards::Slew{positive_or(object, "force", Dimension::force_rate, 0),
+                                       positive_or(object, "torque", Dimension::torque_rate, 0)};
+            break;
+        }
+        default: {
+            const JsonObject object(item, {"kind", "damping", "least_speed", "radius"});
+            const Guards::Passivity standard;
+            is_twice = result.passivity.has_value();
+            result.passivity = Guards::Passivity{positive_or(object, "damping", Dimension::damping, standard.damping),
+                                                 positive_or(object, "least_speed", Dimension::speed, standard.least_speed),
+                                                 positive_or(object, "radius", Dimension::length, standard.radius)};
+        }
+        }
+        if (is_twice) {
+            kind.refuse("is there already");
+        }
+    }
+    return result;
+}
+
 Point turned(const HandPath::Keyframe::Turn &turn, const Point &from, double share)
 {
     const double half = turn.angle * share / 2;
@@ -235,8 +284,8 @@ Pose HandPath::at(double t) const
 SceneFile read_scene(const std::filesystem::path &path)
 {
     const JsonDocument document(path);
-    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling", "device",
-                                              "arm", "rate", "hand"});
+    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling", "guards",
+                                              "device", "arm", "rate", "hand"});
     SceneFile scene;
     scene.path = path;
     const JsonPlace version = object.get("scene");
@@ -258,6 +307,9 @@ SceneFile read_scene(const std::filesystem::path &path)
     }
     if (const auto found = object.find("coupling")) {
         coupling(*found, scene);
+    }
+    if (const auto found = object.find("guards")) {
+        scene.guards = guards(*found);
     }
     if (const auto found = object.find("device")) {
         scene.device = found->string("a device, as sim:phantom-premium-1.5");

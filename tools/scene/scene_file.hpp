@@ -13,6 +13,12 @@
 //         budget, with area only: "20us": what contact may take in a tick, at coarser levels of detail if need be
 //     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
 //         none | pt2 | {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7}
+//     "guards": [{"kind": "start-inside"},             no force until the object was free once
+//                {"kind": "soft-start", "time": "0.5s"},
+//                {"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"},
+//                {"kind": "passivity", "damping": "5Ns/m", "least_speed": "1mm/s", "radius": "30mm"}],
+//         What a guard does and what its constants are by default: voxshell/effect.h; each is optional. Without the key the first two guard, as safe
+//         by default; a list replaces them: what it does not name is not there. Clamp and fault latch are always there.
 //     "device": "sim:phantom-premium-1.5",
 //     "arm": "hand",                                   free|pen|hand|arm
 //     "rate": "1kHz",
@@ -70,6 +76,21 @@ enum class ContactLaw { original, average, gradient };
 enum class Weighting { count, count_capped, area };
 enum class CouplingKind { none, pt2, spring_damper };
 
+struct Guards { ///< what is not there is not in the tick
+    bool start_inside = true;
+    std::optional<double> soft_start = 0.5; ///< [s]
+    struct Slew {
+        double force = 0, torque = 0; ///< [N/s], [N m/s]; 0: from zero to the device's peak in 4 ms
+    };
+    std::optional<Slew> slew;
+    struct Passivity {
+        double damping = 0;        ///< most of it [N s/m]; 0: what the device bears
+        double least_speed = 1e-3; ///< [m/s]
+        double radius = 0.03;      ///< of turning, where the device renders torque [m]
+    };
+    std::optional<Passivity> passivity;
+};
+
 struct SceneFile {
     std::filesystem::path path;
     double voxel = 0; ///< [m]
@@ -84,6 +105,7 @@ struct SceneFile {
     double damping = 1;            ///< pt2, spring_damper: ratio
     double spring_stiffness = 1000; ///< spring_damper [N/m]
     double mass = 0.05;            ///< spring_damper [kg]
+    Guards guards;
     std::string device = "sim:phantom-premium-1.5";
     std::string arm = "hand";
     double rate = 1000; ///< [Hz]

@@ -108,8 +108,45 @@ std::uint32_t points_for(double budget, const vxs_pointshell &shell)
     return static_cast<std::uint32_t>(std::clamp(budget / vxs_contact_point_cost(contact), 1.0, 4e9));
 }
 
+vxs_effect effect(std::uint32_t kind)
+{
+    vxs_effect effect;
+    check(vxs_effect_default(kind, &effect), "effect");
+    return effect;
+}
+
+/// The scene's guards on this device.
+std::vector<vxs_effect> effects_of(const Guards &guards, const vxs_device_caps &caps)
+{
+    std::vector<vxs_effect> effects;
+    if (guards.start_inside) {
+        effects.push_back(effect(VXS_EFFECT_START_INSIDE));
+    }
+    if (guards.soft_start) {
+        effects.push_back(effect(VXS_EFFECT_SOFT_START));
+        effects.back().as.soft_start.time = *guards.soft_start;
+    }
+    if (guards.slew) {
+        effects.push_back(effect(VXS_EFFECT_SLEW));
+        effects.back().as.slew.force = guards.slew->force;
+        effects.back().as.slew.torque = guards.slew->torque;
+    }
+    if (guards.passivity) {
+        effects.push_back(effect(VXS_EFFECT_PASSIVITY));
+        auto &passivity = effects.back().as.passivity;
+        if (const double most = guards.passivity->damping > 0 ? guards.passivity->damping : caps.max_damping; most > 0) {
+            passivity.most_damping = most;
+        }
+        passivity.least_speed = guards.passivity->least_speed;
+        passivity.radius = caps.peak_torque > 0 ? guards.passivity->radius : 0;
+        passivity.delay = caps.delay_samples;
+    }
+    return effects;
+}
+
+/// Borrows statics, shell and effects.
 vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &statics, const vxs_pointshell &shell,
-                          const vxs_device_caps &caps)
+                          const std::vector<vxs_effect> &effects, const vxs_device_caps &caps)
 {
     vxs_servo_config config;
     vxs_servo_config_default(&config);
@@ -123,6 +160,8 @@ vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &stat
     if (caps.peak_torque > 0) {
         config.max_torque = caps.peak_torque;
     }
+    config.effects = effects.data();
+    config.effect_count = static_cast<std::uint32_t>(effects.size());
     check(vxs_servo_config_check(&config), scene.path.string());
     return config;
 }
@@ -169,6 +208,7 @@ public:
         run_.probed_most = std::max(run_.probed_most, row.probed);
         run_.level_most = std::max(run_.level_most, row.level);
         run_.depth_most = std::max(run_.depth_most, row.depth);
+        run_.energy_least = std::min(run_.energy_least, row.energy);
         const double ahead[3] = {hand[0] - row.pose.position[0], hand[1] - row.pose.position[1],
                                  hand[2] - row.pose.position[2]};
         run_.reach_most = std::max(run_.reach_most, length(ahead));
@@ -185,7 +225,8 @@ public:
         if (keep_rows_) {
             const auto point = [](const double v[3]) { return Point{v[0], v[1], v[2]}; };
             run_.rows.push_back({t, point(row.pose.position), hand, point(row.collision.force),
-                                 point(row.collision.torque), point(row.command.force), row.points, row.flags});
+                                 point(row.collision.torque), point(row.command.force), row.points, row.flags,
+                                 row.energy});
         }
     }
 
@@ -316,7 +357,8 @@ ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_poin
     const std::uint64_t ticks = ticks_of(scene, options.seconds);
     const Simulated simulated(scene, options.device);
     const vxs_contact_static statics{&map, nullptr};
-    const vxs_servo_config config = servo_of(scene, statics, shell, simulated.device->caps);
+    const std::vector<vxs_effect> effects = effects_of(scene.guards, simulated.device->caps);
+    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated.device->caps);
     const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);
     progress.stage("servo", ticks);
@@ -333,7 +375,8 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
     const std::uint64_t ticks = std::min<std::uint64_t>(ticks_of(scene, options.seconds), 100'000);
     const Simulated simulated(scene, options.device);
     const vxs_contact_static statics{&map, nullptr};
-    const vxs_servo_config config = servo_of(scene, statics, shell, simulated.device->caps);
+    const std::vector<vxs_effect> effects = effects_of(scene.guards, simulated.device->caps);
+    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated.device->caps);
     const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);
     const Memory room(vxs_contact_memory(&shell, 1)), filter(vxs_coupling_memory());
@@ -373,6 +416,10 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
         }
     }
     const char *law = scene.law == ContactLaw::original ? "original" : scene.law == ContactLaw::gradient ? "gradient" : "average";
+    std::string guards;
+    for (const vxs_effect &effect : effects) {
+        guards += std::string(", ") + vxs_effect_kind_name(effect.kind);
+    }
     const std::string kind = vxs_coupling_kind_name(config.coupling.kind);
     return {
         {"exchange", fmt::format("{}: pose and velocity in, the last command out", options.device), durations(exchange)},
@@ -383,7 +430,7 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
              ? fmt::format("pt2 at {} Hz, damping {}, six axes", scene.frequency, scene.damping)
              : kind,
          durations(couple)},
-        {"tick", fmt::format("contact, coupling, clamp to {} N, ramp: the whole of it", config.max_force), durations(whole)},
+        {"tick", fmt::format("contact, coupling, clamp to {} N{}: the whole of it", config.max_force, guards), durations(whole)},
     };
 }
 
@@ -406,6 +453,7 @@ std::string flag_name(unsigned bit)
     case VXS_SERVO_MISSED: return "missed";
     case VXS_SERVO_DEVICE_LOST: return "lost";
     case VXS_SERVO_FAULT: return "fault";
+    case VXS_SERVO_DAMPED: return "damped";
     case VXS_SERVO_TELEPORT: return "teleport";
     default: return "";
     }

@@ -20,6 +20,7 @@ struct TraceRow {
     Point output_force{};     ///< what the device renders [N]
     std::uint32_t contacts = 0;
     std::uint32_t flags = 0;
+    double energy = 0; ///< taken from the hand [J], of the guard passivity; 0 without
 };
 
 /// One header line, one line a row; each number reads back as the same double.

@@ -157,6 +157,41 @@ TEST_CASE("parts")
     CHECK(scene.statics[0].pose.rotation[0] == doctest::Approx(std::sqrt(0.5)));
 }
 
+TEST_CASE("guards: safe by default, a list replaces them")
+{
+    const auto guarded = [](const std::string &list) { return with("\"hand\"", "\"guards\": " + list + ", \"hand\""); };
+    Guards guards = read(smallest).guards;
+    CHECK(guards.start_inside);
+    CHECK(guards.soft_start == 0.5);
+    CHECK(!guards.slew);
+    CHECK(!guards.passivity);
+    guards = read(guarded("[]")).guards;
+    CHECK(!guards.start_inside);
+    CHECK(!guards.soft_start);
+    guards = read(guarded(R"([{"kind": "slew"}, {"kind": "passivity"}, {"kind": "soft-start"}])")).guards;
+    CHECK(!guards.start_inside);
+    CHECK(guards.soft_start == 0.5);
+    CHECK(guards.slew->force == 0);
+    CHECK(guards.passivity->damping == 0);
+    CHECK(guards.passivity->least_speed == 0.001);
+    guards = read(guarded(R"([{"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"}, {"kind": "soft-start", "time": "200ms"},
+        {"kind": "passivity", "damping": "3Ns/m", "least_speed": "2mm/s", "radius": "20mm"}, {"kind": "start-inside"}])")).guards;
+    CHECK(guards.start_inside);
+    CHECK(guards.soft_start == 0.2);
+    CHECK(guards.slew->force == 2000);
+    CHECK(guards.slew->torque == 50);
+    CHECK(guards.passivity->damping == 3);
+    CHECK(guards.passivity->least_speed == 0.002);
+    CHECK(guards.passivity->radius == 0.02);
+    CHECK(refusal(guarded(R"([{"kind": "slow-start"}])")).starts_with("/guards/0/kind: "));
+    CHECK(refusal(guarded(R"([{"kind": "soft-start"}, {"kind": "soft-start"}])")) == "/guards/1/kind: is there already");
+    CHECK(refusal(guarded(R"([{"kind": "start-inside", "time": "1s"}])")).starts_with("/guards/0/time: unknown key"));
+    CHECK(refusal(guarded(R"([{"kind": "slew", "force": "2N"}])")) ==
+          "/guards/0/force: \"2N\" is not a number with a unit of N/s or N/ms");
+    CHECK(refusal(guarded(R"([{"kind": "passivity", "damping": "0Ns/m"}])")) == "/guards/0/damping: must be above zero");
+    CHECK(refusal(guarded(R"({"kind": "slew"})")).starts_with("/guards: must be a list"));
+}
+
 TEST_CASE("every refusal names the place and the fix")
 {
     CHECK(refusal(with("\"voxel\"", "\"voxle\"")) == "/voxle: unknown key; did you mean \"voxel\"?");

@@ -26,6 +26,7 @@ std::vector<TraceRow> rows()
     rows[1].output_force = {7, 8, 9};
     rows[1].contacts = 42;
     rows[1].flags = 0xffffffff;
+    rows[1].energy = -0.125;
     rows[2].t = 1;
     return rows;
 }
@@ -37,9 +38,9 @@ TEST_CASE("every number of the CSV reads back as the same double")
     std::istringstream text(trace_csv(rows()));
     std::string line, cell;
     std::getline(text, line);
-    CHECK(std::count(line.begin(), line.end(), ',') == 17);
+    CHECK(std::count(line.begin(), line.end(), ',') == 18);
     std::getline(text, line);
-    CHECK(line == "0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
+    CHECK(line == "0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
     std::getline(text, line);
     std::istringstream cells(line);
     std::vector<double> values;
@@ -52,7 +53,7 @@ TEST_CASE("every number of the CSV reads back as the same double")
     }
     const TraceRow r = rows()[1];
     const std::vector<double> expected{r.t, r.device[0], r.device[1], r.device[2], 1e22, -0.0, 5, 0.1, 0.2, 0.3,
-                                       4,   5,           6,           7,           8,    9,    42, 4294967295.0};
+                                       4,   5,           6,           7,           8,    9,    42, 4294967295.0, -0.125};
     CHECK(values == expected);
 }
 
