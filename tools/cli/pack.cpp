@@ -76,7 +76,7 @@ ExitCode pack(const PackOptions &o)
     file.channels = std::move(vdb.channels);
     file.source_hash = vdb.source_hash;
     file.meta = std::move(vdb.meta);
-    const std::vector<std::uint8_t> bytes = voxmap_bytes(file);
+    const std::vector<std::uint8_t> bytes = voxmap_bytes(file, progress.get());
     Outputs outputs(o.force);
     outputs.add(output, bytes);
     outputs.commit();

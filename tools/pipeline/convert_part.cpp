@@ -232,7 +232,7 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     map.cells = std::move(cells);
     map.source_hash = scene.source_hash;
     map.meta = map_meta;
-    part.voxmap = voxmap_bytes(map);
+    part.voxmap = voxmap_bytes(map, &progress);
     map = {};
     progress.advance(1);
     progress.check();

@@ -3,6 +3,7 @@
 // over most points of a shell without a look-up.
 #pragma once
 
+#include "cli/progress.hpp"
 #include "voxshell/voxmap.h"
 
 #include <array>
@@ -19,8 +20,7 @@ struct Clearance {
     std::vector<Values> values;
 };
 
-/// A pure function of the cell states in the map's box. Takes about 0.3 ms for each chunk that is near a
-/// surface.
-Clearance clearance(const vxs_voxmap &map);
+/// A pure function of the cell states in the map's box. `progress`, if given, is asked whether to go on.
+Clearance clearance(const vxs_voxmap &map, Progress *progress = nullptr);
 
 } // namespace voxshell

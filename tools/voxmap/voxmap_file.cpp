@@ -384,7 +384,7 @@ void check_writable(const VoxmapFile &file)
 
 } // namespace
 
-std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file)
+std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file, Progress *progress)
 {
     check_writable(file);
     const vxs_voxmap_grid grid = make_grid(file);
@@ -401,7 +401,7 @@ std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file)
         add(VXS_VOXMAP_SECTION_LAYR, 512, levels.layers);
         add(VXS_VOXMAP_SECTION_DIST, 2 * 512, levels.distances);
         if (file.clearance) {
-            const Clearance found = clearance(view_of(levels, grid));
+            const Clearance found = clearance(view_of(levels, grid), progress);
             add(VXS_VOXMAP_SECTION_CLRX, 4, found.index);
             add(VXS_VOXMAP_SECTION_CLRV, VXS_VOXMAP_CLEARANCE_BLOCKS, found.values);
         }
