@@ -122,6 +122,7 @@ void tell(const SceneFile &scene, const Assets &assets, const RunOptions &option
     const double seconds = static_cast<double>(run.ticks) / scene.rate;
     fmt::print("{}: {} s, {} ticks at {} Hz on {}, held by {}\n", scene_name(scene.path), seconds, format_count(run.ticks),
                scene.rate, options.device, scene.arm == "free" ? "nobody" : "a " + scene.arm);
+    fmt::print("  coupling {}\n", run.coupling);
     fmt::print("  force   at the hand {:.3f} N at most, {:.3f} N mean in contact; collision {:.3f} N at most\n",
                run.output_peak, run.output_mean, run.collision_peak);
     if (run.contact_ticks) {
@@ -163,6 +164,7 @@ json summary(const SceneFile &scene, const Assets &assets, const RunOptions &opt
                 {"scene", scene_name(scene.path)},
                 {"device", options.device},
                 {"arm", scene.arm},
+                {"coupling", run.coupling},
                 {"rate_hz", scene.rate},
                 {"voxel_m", scene.voxel},
                 {"shell_points", assets.shell.point_count},
@@ -230,10 +232,7 @@ ExitCode simulate(const SimulateOptions &o)
         outputs.add(o.trace, trace_csv(run.rows));
     }
     for (const std::string &plot : o.plots) {
-        const std::string filter = scene.coupling == CouplingKind::pt2    ? fmt::format("pt2 {} Hz", scene.frequency)
-                                   : scene.coupling == CouplingKind::none ? "no coupling"
-                                                                          : "spring-damper";
-        const std::string title = fmt::format("{}: voxel {}, {}, {}", scene_name(scene.path), format_length(scene.voxel), filter,
+        const std::string title = fmt::format("{}: voxel {}, {}, {}", scene_name(scene.path), format_length(scene.voxel), run.coupling,
                                               options.device);
         outputs.add(plot, plot_trace(run.rows, title, picture_of(plot)));
     }

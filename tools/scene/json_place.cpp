@@ -83,6 +83,14 @@ double JsonPlace::number() const
     return value_->get<double>();
 }
 
+bool JsonPlace::boolean() const
+{
+    if (!value_->is_boolean()) {
+        refuse("must be true or false");
+    }
+    return value_->get<bool>();
+}
+
 std::string JsonPlace::string(std::string_view expected) const
 {
     if (!value_->is_string()) {

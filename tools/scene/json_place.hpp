@@ -21,6 +21,7 @@ public:
         : value_(&value), pointer_(std::move(pointer)), file_(&file) {}
     [[noreturn]] void refuse(const std::string &why) const; ///< throws Failure(invalid)
     double number() const; ///< finite
+    bool boolean() const;
     std::string string(std::string_view expected) const;
     std::size_t choice(std::initializer_list<std::string_view> names) const; ///< index of the string's value
     std::vector<JsonPlace> items(std::size_t least, std::size_t most) const;

@@ -121,26 +121,82 @@ void contact(const JsonPlace &at, SceneFile &scene)
     }
 }
 
+/// The ratio of a coupling's damping.
+double ratio(const JsonPlace &at)
+{
+    const double value = at.number();
+    if (!(value > 0)) {
+        at.refuse("must be above zero");
+    }
+    return value;
+}
+
+void designed(const JsonObject &object, SceneFile &scene)
+{
+    object.get("design").choice({"auto"});
+    scene.design = true;
+    if (const auto assume = object.find("assume")) {
+        constexpr const char *arms[] = {"free", "pen", "hand", "arm"};
+        scene.assume = arms[assume->choice({"free", "pen", "hand", "arm"})];
+    }
+}
+
+void pt2(const JsonPlace &at, const JsonObject &any, SceneFile &scene)
+{
+    if (any.find("design")) {
+        designed(JsonObject(at, {"kind", "design", "assume", "prewarp"}), scene);
+    } else if (any.find("mass") || any.find("viscosity") || any.find("stiffness")) {
+        const JsonObject object(at, {"kind", "stiffness", "viscosity", "mass", "gain", "prewarp"});
+        scene.by_impedance = true;
+        scene.spring_stiffness = positive(object.get("stiffness"), Dimension::stiffness);
+        scene.viscosity = positive(object.get("viscosity"), Dimension::damping);
+        scene.mass = positive(object.get("mass"), Dimension::mass);
+        const auto gain = object.find("gain");
+        scene.physical_gain = gain && gain->choice({"unity", "physical"}) == 1;
+    } else {
+        const JsonObject object(at, {"kind", "frequency", "damping", "prewarp"});
+        scene.frequency = positive(object.get("frequency"), Dimension::frequency);
+        scene.damping = ratio(object.get("damping"));
+    }
+    const auto prewarp = any.find("prewarp");
+    scene.prewarp = prewarp && prewarp->boolean();
+}
+
+void quasi_static(const JsonPlace &at, const JsonObject &any, SceneFile &scene)
+{
+    if (any.find("design")) {
+        designed(JsonObject(at, {"kind", "design", "assume", "radius", "evaluations"}), scene);
+    } else {
+        const JsonObject object(at, {"kind", "stiffness", "radius", "evaluations"});
+        scene.spring_stiffness = positive(object.get("stiffness"), Dimension::stiffness);
+    }
+    if (const auto found = any.find("evaluations")) {
+        const double count = found->number();
+        if (count != 1 && count != 2 && count != 3) {
+            found->refuse("must be 1, 2 or 3");
+        }
+        scene.evaluations = static_cast<unsigned>(count);
+    }
+}
+
 void coupling(const JsonPlace &at, SceneFile &scene)
 {
-    const JsonObject any(at, {"kind", "frequency", "damping", "stiffness", "mass"});
-    scene.coupling = static_cast<CouplingKind>(any.get("kind").choice({"none", "pt2", "spring-damper"}));
-    if (scene.coupling == CouplingKind::none) {
-        JsonObject(at, {"kind"});
-        return;
-    }
-    if (scene.coupling == CouplingKind::pt2) {
-        const JsonObject object(at, {"kind", "frequency", "damping"});
-        scene.frequency = positive(object.get("frequency"), Dimension::frequency);
-    } else {
-        const JsonObject object(at, {"kind", "stiffness", "mass", "damping"});
+    const JsonObject any(at, {"kind", "design", "assume", "frequency", "damping", "prewarp", "gain", "stiffness", "viscosity",
+                              "mass", "radius", "evaluations"});
+    scene.coupling = static_cast<CouplingKind>(any.get("kind").choice({"none", "pt2", "spring-damper", "quasi-static"}));
+    switch (scene.coupling) {
+    case CouplingKind::none: JsonObject(at, {"kind"}); return;
+    case CouplingKind::pt2: pt2(at, any, scene); return;
+    case CouplingKind::quasi_static: quasi_static(at, any, scene); break;
+    case CouplingKind::spring_damper: {
+        const JsonObject object(at, {"kind", "stiffness", "mass", "damping", "radius"});
         scene.spring_stiffness = positive(object.get("stiffness"), Dimension::stiffness);
         scene.mass = positive(object.get("mass"), Dimension::mass);
+        scene.damping = ratio(object.get("damping"));
     }
-    const JsonPlace damping = any.get("damping");
-    scene.damping = damping.number();
-    if (!(scene.damping > 0)) {
-        damping.refuse("must be above zero");
+    }
+    if (const auto found = any.find("radius")) {
+        scene.radius = positive(*found, Dimension::length);
     }
 }
 

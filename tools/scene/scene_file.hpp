@@ -12,7 +12,12 @@
 //         law: original|average|gradient (its map gets a distance channel); weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
 //         budget, with area only: "20us": what contact may take in a tick, at coarser levels of detail if need be
 //     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
-//         none | pt2 | {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7}
+//         none, or pt2 with "prewarp": true if its frequency is to be exact; instead of frequency and damping also
+//           "stiffness": "500N/m", "viscosity": "10Ns/m", "mass": "50g", then "gain": unity|physical (1/stiffness)
+//         {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7, "radius": "20mm"}
+//         {"kind": "quasi-static", "stiffness": "1N/mm", "radius": "20mm", "evaluations": 3}
+//         {"kind": "pt2", "design": "auto"} (or quasi-static): what the device carries, held by anybody or nobody; refused if
+//           nothing is stable; "assume": free|pen|hand|arm: only that one counts
 //     "guards": [{"kind": "start-inside"},             no force until the object was free once
 //                {"kind": "soft-start", "time": "0.5s"},
 //                {"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"},
@@ -74,7 +79,7 @@ struct HandPath {
 
 enum class ContactLaw { original, average, gradient };
 enum class Weighting { count, count_capped, area };
-enum class CouplingKind { none, pt2, spring_damper };
+enum class CouplingKind { none, pt2, spring_damper, quasi_static };
 
 struct Guards { ///< what is not there is not in the tick
     bool start_inside = true;
@@ -101,10 +106,18 @@ struct SceneFile {
     double budget = 0;      ///< of contact in a tick [s], 0: none
     double stiffness = 500; ///< count: [N/m] per point, area: [N/m^3]
     CouplingKind coupling = CouplingKind::pt2;
-    double frequency = 5;          ///< pt2 [Hz]
-    double damping = 1;            ///< pt2, spring_damper: ratio
-    double spring_stiffness = 1000; ///< spring_damper [N/m]
-    double mass = 0.05;            ///< spring_damper [kg]
+    bool design = false;            ///< pt2, quasi_static: their numbers come from an automatic design
+    std::string assume;             ///< of the design: the arm that counts; empty: all
+    double frequency = 5;           ///< pt2 [Hz]
+    double damping = 1;             ///< pt2, spring_damper: ratio
+    bool prewarp = false;           ///< pt2
+    bool by_impedance = false;      ///< pt2: from stiffness, viscosity and mass in place of frequency and damping
+    bool physical_gain = false;     ///< pt2 by impedance: 1 / stiffness, else 1
+    double spring_stiffness = 1000; ///< spring_damper, quasi_static, pt2 by impedance [N/m]
+    double viscosity = 0;           ///< pt2 by impedance [N s/m]
+    double mass = 0.05;             ///< spring_damper, pt2 by impedance [kg]
+    double radius = 0.02;           ///< spring_damper, quasi_static: of gyration [m]
+    unsigned evaluations = 3;       ///< quasi_static: of contact in a tick at most
     Guards guards;
     std::string device = "sim:phantom-premium-1.5";
     std::string arm = "hand";

@@ -53,46 +53,20 @@ vxs_contact_config contact_of(const SceneFile &scene)
     return config;
 }
 
-vxs_coupling_config coupling_of(const SceneFile &scene)
-{
-    vxs_coupling_config config;
-    vxs_coupling_config_default(&config);
-    config.sample_time = 1 / scene.rate;
-    config.damping = scene.damping;
-    config.omega0 = 2 * std::numbers::pi * scene.frequency;
-    config.stiffness = scene.spring_stiffness;
-    config.mass = scene.mass;
-    config.kind = scene.coupling == CouplingKind::none  ? VXS_COUPLING_NONE
-                  : scene.coupling == CouplingKind::pt2 ? VXS_COUPLING_PT2
-                                                        : VXS_COUPLING_SPRING_DAMPER;
-    check(vxs_coupling_config_check(&config), scene.path.string() + ": /coupling");
-    return config;
-}
-
 /// A simulated device at the start of the hand's path.
 class Simulated {
 public:
-    Simulated(const SceneFile &scene, const std::string &name) : memory_(vxs_simulated_memory())
+    Simulated(const SceneFile &scene, const std::string &name)
+        : config(simulated_device(name, scene.rate)), memory_(vxs_simulated_memory())
     {
-        const vxs_simulated_profile *profile =
-            name.starts_with("sim:") ? vxs_simulated_profile_named(name.c_str() + 4) : nullptr;
-        if (!profile) {
-            std::string known;
-            for (std::uint32_t n = 0; const auto *each = vxs_simulated_profile_at(n); ++n) {
-                known += (n ? ", sim:" : "sim:") + std::string(each->name);
-            }
-            throw Failure(ExitCode::usage, "", "no device '" + name + "'; there are " + known);
-        }
-        vxs_simulated_config config;
-        vxs_simulated_config_default(&config, profile);
         config.arm = *vxs_simulated_arm_named(scene.arm.c_str());
-        config.sample_time = 1 / scene.rate;
         config.start = as_runtime(scene.hand.at(0));
         check(vxs_simulated_open(memory_.get(), memory_.size(), &config, &device), name);
     }
     ~Simulated() { vxs_device_close(device); }
     Simulated(const Simulated &) = delete;
     Simulated &operator=(const Simulated &) = delete;
+    vxs_simulated_config config;
     vxs_device *device = nullptr;
 
 private:
@@ -146,8 +120,9 @@ std::vector<vxs_effect> effects_of(const Guards &guards, const vxs_device_caps &
 
 /// Borrows statics, shell and effects.
 vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &statics, const vxs_pointshell &shell,
-                          const std::vector<vxs_effect> &effects, const vxs_device_caps &caps)
+                          const std::vector<vxs_effect> &effects, const Simulated &simulated, std::string &coupling)
 {
+    const vxs_device_caps &caps = simulated.device->caps;
     vxs_servo_config config;
     vxs_servo_config_default(&config);
     config.statics = &statics;
@@ -155,7 +130,9 @@ vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &stat
     config.shell = &shell;
     config.contact = contact_of(scene);
     if (scene.budget > 0) config.contact.most_points = points_for(scene.budget, shell);
-    config.coupling = coupling_of(scene);
+    const SceneCoupling felt = scene_coupling(scene, simulated.config, [&] { return contact_stiffness(scene, *statics.map, shell); });
+    config.coupling = felt.config;
+    coupling = felt.text;
     config.max_force = caps.peak_force;
     if (caps.peak_torque > 0) {
         config.max_torque = caps.peak_torque;
@@ -351,18 +328,44 @@ void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, 
 
 } // namespace
 
+ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell)
+{
+    const vxs_contact_static statics{&map, nullptr};
+    const vxs_contact_config config = contact_of(scene);
+    const Memory room(vxs_contact_memory(&shell, 1));
+    vxs_contact *contact = nullptr;
+    check(vxs_contact_init(room.get(), room.size(), &shell, 1, &contact), "contact");
+    const double end = scene.hand.keyframes.back().t;
+    const auto steps = static_cast<std::uint64_t>(std::clamp(end * scene.rate, 0.0, 20'000.0));
+    double most = 0;
+    for (std::uint64_t n = 0; n <= steps; ++n) {
+        const vxs_pose pose = as_runtime(scene.hand.at(steps ? end * static_cast<double>(n) / static_cast<double>(steps) : 0));
+        vxs_contact_result result;
+        vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result);
+        most = std::max(most, static_cast<double>(result.points));
+    }
+    if (!(most > 0)) {
+        throw Failure(ExitCode::invalid, scene.path.string(),
+                      "the hand's path touches nothing, so that a design has no stiffness to go by; lead it into contact, or give the coupling's "
+                      "numbers");
+    }
+    if (scene.weighting == Weighting::count_capped) most = std::min<double>(most, VXS_CONTACT_CAP_POINTS);
+    if (scene.weighting == Weighting::area) most *= shell.total_area / shell.point_count;
+    return {most * scene.stiffness, "of all points that the hand's path asks for at once"};
+}
+
 ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell, const RunOptions &options,
                    Progress &progress)
 {
     const std::uint64_t ticks = ticks_of(scene, options.seconds);
     const Simulated simulated(scene, options.device);
     const vxs_contact_static statics{&map, nullptr};
+    ServoRun run;
     const std::vector<vxs_effect> effects = effects_of(scene.guards, simulated.device->caps);
-    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated.device->caps);
+    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated, run.coupling);
     const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);
     progress.stage("servo", ticks);
-    ServoRun run;
     run.budget_points = config.contact.most_points;
     Account account(run, options.keep_rows);
     (options.realtime ? run_realtime : run_virtual)(scene, simulated.device, servo.servo, ticks, run, account, progress);
@@ -375,8 +378,9 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
     const std::uint64_t ticks = std::min<std::uint64_t>(ticks_of(scene, options.seconds), 100'000);
     const Simulated simulated(scene, options.device);
     const vxs_contact_static statics{&map, nullptr};
+    std::string felt;
     const std::vector<vxs_effect> effects = effects_of(scene.guards, simulated.device->caps);
-    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated.device->caps);
+    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated, felt);
     const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);
     const Memory room(vxs_contact_memory(&shell, 1)), filter(vxs_coupling_memory());
@@ -420,15 +424,11 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
     for (const vxs_effect &effect : effects) {
         guards += std::string(", ") + vxs_effect_kind_name(effect.kind);
     }
-    const std::string kind = vxs_coupling_kind_name(config.coupling.kind);
     return {
         {"exchange", fmt::format("{}: pose and velocity in, the last command out", options.device), durations(exchange)},
         {"contact", fmt::format("{} points into cells of {} mm, law {}", shell.point_count, 1e3 * map.voxel, law),
          durations(contact)},
-        {"coupling",
-         scene.coupling == CouplingKind::pt2
-             ? fmt::format("pt2 at {} Hz, damping {}, six axes", scene.frequency, scene.damping)
-             : kind,
+        {"coupling", felt + (scene.coupling == CouplingKind::quasi_static ? fmt::format(", contact evaluated up to {} times", scene.evaluations) : ", six axes"),
          durations(couple)},
         {"tick", fmt::format("contact, coupling, clamp to {} N{}: the whole of it", config.max_force, guards), durations(whole)},
     };

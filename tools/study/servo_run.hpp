@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cli/progress.hpp"
+#include "plan/scene_coupling.hpp"
 #include "scene/scene_file.hpp"
 #include "study/durations.hpp"
 #include "study/trace.hpp"
@@ -30,6 +31,7 @@ struct Stage {
 };
 
 struct ServoRun {
+    std::string coupling; ///< "pt2 5 Hz"
     std::uint64_t ticks = 0;
     double collision_peak = 0, output_peak = 0; ///< |force| [N]
     double output_mean = 0;                     ///< |force| over the ticks in contact [N]
@@ -53,6 +55,11 @@ struct ServoRun {
     std::optional<Realtime> realtime;
     std::vector<TraceRow> rows;
 };
+
+/// An upper bound of how stiff the scene's contact gets: k and the most points that would be in contact at once if the
+/// device went where the hand's path wants it (area: of the shell's mean area). Throws Failure(invalid) if it touches
+/// nothing.
+ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell);
 
 /// Runs the loop: options.seconds at the scene's rate, the device armed at the start of the hand's path. Throws
 /// Failure: usage (no such device; seconds), invalid (a coupling that the rate does not carry), interrupted.

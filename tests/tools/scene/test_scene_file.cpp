@@ -142,6 +142,29 @@ TEST_CASE("couplings take their own keys only")
     CHECK(scene.spring_stiffness == 2000);
     CHECK(scene.mass == 0.05);
     CHECK(scene.damping == 0.7);
+    CHECK(scene.radius == 0.02);
+    const SceneFile physical = read(coupled(
+        R"({"kind": "pt2", "stiffness": "500N/m", "viscosity": "10Ns/m", "mass": "50g", "gain": "physical", "prewarp": true})"));
+    CHECK(physical.by_impedance);
+    CHECK(physical.physical_gain);
+    CHECK(physical.prewarp);
+    CHECK(physical.viscosity == 10);
+    const SceneFile still = read(coupled(R"({"kind": "quasi-static", "stiffness": "1N/mm", "radius": "3cm", "evaluations": 2})"));
+    CHECK(still.coupling == CouplingKind::quasi_static);
+    CHECK(still.radius == 0.03);
+    CHECK(still.evaluations == 2);
+    const SceneFile designed = read(coupled(R"({"kind": "pt2", "design": "auto", "assume": "hand"})"));
+    CHECK(designed.design);
+    CHECK(designed.assume == "hand");
+    CHECK(read(coupled(R"({"kind": "quasi-static", "design": "auto"})")).assume.empty());
+    CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "frequency": "5Hz"})")).starts_with("/coupling/frequency: unknown key"));
+    CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "assume": "foot"})")).starts_with("/coupling/assume: \"foot\" is not free, pen"));
+    CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 1, "prewarp": 1})")) == "/coupling/prewarp: must be true or false");
+    CHECK(refusal(coupled(R"({"kind": "pt2", "mass": "1kg", "stiffness": "1N/m"})")) == "/coupling: lacks \"viscosity\"");
+    CHECK(refusal(coupled(R"({"kind": "quasi-static", "stiffness": "1N/m", "evaluations": 4})")) ==
+          "/coupling/evaluations: must be 1, 2 or 3");
+    CHECK(refusal(coupled(R"({"kind": "spring-damper", "stiffness": "1N/m", "mass": "1g", "damping": 1, "design": "auto"})"))
+              .starts_with("/coupling/design: unknown key"));
     CHECK(refusal(coupled(R"({"kind": "none", "damping": 1})")).starts_with("/coupling/damping: unknown key"));
     CHECK(refusal(coupled(R"({"kind": "pt2", "damping": 1})")) == "/coupling: lacks \"frequency\"");
     CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 0})")) == "/coupling/damping: must be above zero");

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "plan/design.hpp"
+
+#include "cli/failure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace voxshell {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double two_pi = 2 * std::numbers::pi;
+/// No candidate has a resonance of its own: from 1/sqrt(2) on the filter's response falls throughout.
+constexpr double dampings[] = {std::numbers::sqrt2 / 2, 0.8, 0.9, 1, 1.2, 1.5, 2};
+
+bool counts(const DesignInput &input, const std::string &arm)
+{
+    return input.assume.empty() ||
+           std::find(input.assume.begin(), input.assume.end(), arm) != input.assume.end();
+}
+
+/// One loop for each arm that is there.
+std::vector<std::pair<std::string, Loop>> loops(const DesignInput &input, const vxs_coupling_config &coupling)
+{
+    std::vector<std::pair<std::string, Loop>> out;
+    vxs_simulated_config device = input.device;
+    for (std::uint32_t n = 0; const auto *arm = vxs_simulated_arm_at(n); ++n) {
+        device.arm = *arm;
+        out.emplace_back(arm->name, Loop(device, coupling));
+    }
+    return out;
+}
+
+bool holds(const Margins &margins, double sample_time)
+{
+    return margins.gain_db >= least_gain_db && margins.delay_s >= least_delay_samples * sample_time;
+}
+
+/// The least of each over the arms that count.
+Margins worst_of(const DesignInput &input, const vxs_coupling_config &coupling)
+{
+    Margins worst{infinity, infinity, infinity};
+    for (const auto &[arm, loop] : loops(input, coupling)) {
+        if (!counts(input, arm)) continue;
+        const Margins m = loop.margins(seen_stiffness(coupling, input.stiffness));
+        worst.gain_db = std::min(worst.gain_db, m.gain_db);
+        worst.phase_deg = std::min(worst.phase_deg, m.phase_deg);
+        worst.delay_s = m.delay_s < worst.delay_s || std::isnan(m.delay_s) ? m.delay_s : worst.delay_s;
+    }
+    return worst;
+}
+
+/// The filter of the highest force bandwidth whose margins hold; if none does, the one with the largest gain
+/// margin.
+vxs_coupling_config fastest_filter(const DesignInput &input)
+{
+    const double rate = 1 / input.device.sample_time;
+    vxs_coupling_config best = input.coupling, least_bad = input.coupling;
+    double best_bandwidth = -1, least_bad_gain = -infinity;
+    for (double hertz = VXS_COUPLING_MAX_RATE * rate; hertz >= VXS_COUPLING_MIN_HZ; hertz /= 1.12) {
+        // A lower corner is no better: the fastest candidate of this one is its least damped.
+        if (best_bandwidth > 0 && hertz < best_bandwidth) break;
+        for (const double damping : dampings) {
+            vxs_coupling_config candidate = input.coupling;
+            candidate.omega0 = two_pi * hertz;
+            candidate.damping = damping;
+            const double bandwidth = Loop(input.device, candidate).bandwidth_hz();
+            if (bandwidth <= best_bandwidth) continue;
+            const Margins m = worst_of(input, candidate);
+            if (holds(m, input.device.sample_time)) {
+                best = candidate;
+                best_bandwidth = bandwidth;
+            }
+            if (m.gain_db > least_bad_gain) {
+                least_bad = candidate;
+                least_bad_gain = m.gain_db;
+            }
+        }
+    }
+    return best_bandwidth > 0 ? best : least_bad;
+}
+
+/// The stiffest spring that the loop carries with the margins alone, whatever the contact, within what the
+/// device's makers recommend.
+double stiffest_spring(const DesignInput &input)
+{
+    vxs_coupling_config spring = input.coupling;
+    double most = infinity;
+    for (const auto &[arm, loop] : loops(input, spring)) {
+        if (counts(input, arm)) most = std::min(most, loop.largest_stiffness());
+    }
+    most *= std::pow(10, -least_gain_db / 20);
+    const double recommended = input.device.profile.max_stiffness;
+    most = recommended > 0 ? std::min(most, recommended) : most;
+    DesignInput hard = input;
+    hard.stiffness = infinity;
+    for (int n = 0; n < 60; ++n, most *= 0.97) {
+        spring.stiffness = most;
+        if (holds(worst_of(hard, spring), input.device.sample_time)) break;
+    }
+    return most;
+}
+
+void check(const DesignInput &input)
+{
+    if (!(input.stiffness > 0) || !std::isfinite(input.stiffness)) {
+        throw Failure(ExitCode::usage, "", "the contact's stiffness must be above zero");
+    }
+    for (const std::string &arm : input.assume) {
+        if (!vxs_simulated_arm_named(arm.c_str())) {
+            throw Failure(ExitCode::usage, "", "no arm '" + arm + "'; there are free, pen, hand and arm");
+        }
+    }
+    const std::uint32_t kind = input.coupling.kind;
+    if (kind != VXS_COUPLING_NONE && kind != VXS_COUPLING_PT2 && kind != VXS_COUPLING_QUASI_STATIC) {
+        const char *name = vxs_coupling_kind_name(kind);
+        throw Failure(
+            ExitCode::unsupported, "",
+            fmt::format("coupling {} has no design: none, pt2 and quasi-static have", name ? name : "?"));
+    }
+}
+
+std::string newtons(double stiffness)
+{
+    return std::isinf(stiffness) ? "any stiffness" : fmt::format("{:.4g} N/m", stiffness);
+}
+
+std::vector<std::string> advice_of(const Design &d)
+{
+    std::vector<std::string> out;
+    const double rate = 1 / d.input.device.sample_time;
+    for (const ArmDesign &arm : d.arms) {
+        if (!arm.stable()) {
+            out.push_back(fmt::format("unstable {}: carries {}, is to carry {}{}",
+                                      arm.arm == "free" ? "with the hand off" : "with a " + arm.arm,
+                                      newtons(arm.largest_stiffness), newtons(d.seen),
+                                      arm.counts ? "" : " (not assumed)"));
+        }
+    }
+    if (!d.refused && !d.margins_held) {
+        out.push_back(fmt::format("stable, but with less than {} dB or less than {} sample of delay to spare",
+                                  least_gain_db, least_delay_samples));
+    }
+    const ArmDesign &free = d.arms.front();
+    if (!free.passive()) {
+        if (d.unfiltered.damping_missing > 0) {
+            out.push_back(fmt::format(
+                "no filter of this form is passive with the hand off: even none at all is so only up to {}",
+                newtons(d.unfiltered.passive_stiffness)));
+            out.push_back(fmt::format(
+                "passive would be: {:.3g} N s/m more damping in the device, and no filter ({:.3g} with this "
+                "one); or {:.4g} kHz and no filter; "
+                "or contact up to {} (with this filter {}); or the passivity controller",
+                d.unfiltered.damping_missing, free.damping_missing, d.unfiltered.rate_needed / 1e3,
+                newtons(d.unfiltered.passive_stiffness), newtons(free.passive_stiffness)));
+        } else {
+            out.push_back(fmt::format("not passive with the hand off: {:.3g} N s/m more damping, contact up "
+                                      "to {}, a faster filter, "
+                                      "or the passivity controller would make it so",
+                                      free.damping_missing, newtons(free.passive_stiffness)));
+        }
+    }
+    if (d.seen > d.quantisation) {
+        out.push_back(fmt::format(
+            "beyond the quantisation limit of {}: steps of {:.3g} um at {:.4g} Hz can keep it humming",
+            newtons(d.quantisation), 1e6 * d.input.device.profile.resolution, rate));
+    }
+    const double recommended = d.input.device.profile.max_stiffness;
+    if (recommended > 0 && d.seen > recommended) {
+        out.push_back(
+            fmt::format("stiffer than the {} that is recommended for the device", newtons(recommended)));
+    }
+    return out;
+}
+
+} // namespace
+
+Design design_coupling(const DesignInput &given)
+{
+    check(given);
+    Design d;
+    d.input = given;
+    d.input.coupling.sample_time = given.device.sample_time;
+    d.coupling = d.input.coupling;
+    if (given.automatic && d.coupling.kind == VXS_COUPLING_PT2) {
+        d.coupling = fastest_filter(d.input);
+    } else if (given.automatic && d.coupling.kind == VXS_COUPLING_QUASI_STATIC) {
+        d.coupling.stiffness = stiffest_spring(d.input);
+    }
+    if (const vxs_result result = vxs_coupling_config_check(&d.coupling); result != VXS_OK) {
+        throw Failure(ExitCode::invalid, "", std::string("coupling: ") + vxs_result_text(result));
+    }
+    d.seen = seen_stiffness(d.coupling, given.stiffness);
+    d.worst = worst_of(d.input, d.coupling);
+    for (const auto &[name, loop] : loops(d.input, d.coupling)) {
+        d.arms.push_back({name, counts(d.input, name), loop.largest_stiffness(), loop.passive_stiffness(),
+                          std::max(0.0, loop.damping_to_be_passive(d.seen) - loop.viscosity()),
+                          loop.margins(d.seen)});
+        d.bandwidth_hz = loop.bandwidth_hz();
+    }
+    d.refused = !(d.worst.gain_db > 0);
+    d.margins_held = holds(d.worst, given.device.sample_time);
+    d.quantisation = quantisation_limit(given.device);
+
+    vxs_coupling_config none = d.coupling;
+    none.kind = VXS_COUPLING_NONE;
+    const Loop unfiltered = loops(d.input, none).front().second;
+    const double needed = unfiltered.damping_to_be_passive(d.seen);
+    d.unfiltered = {unfiltered.passive_stiffness(), std::max(0.0, needed - unfiltered.viscosity()),
+                    needed / unfiltered.viscosity() /
+                        given.device.sample_time}; // damping needed is in samples
+    d.advice = advice_of(d);
+    return d;
+}
+
+vxs_simulated_config simulated_device(const std::string &name, double rate)
+{
+    const vxs_simulated_profile *profile =
+        name.starts_with("sim:") ? vxs_simulated_profile_named(name.c_str() + 4) : nullptr;
+    if (!profile) {
+        std::string known;
+        for (std::uint32_t n = 0; const auto *each = vxs_simulated_profile_at(n); ++n) {
+            known += (n ? ", sim:" : "sim:") + std::string(each->name);
+        }
+        throw Failure(ExitCode::usage, "", "no device '" + name + "'; there are " + known);
+    }
+    vxs_simulated_config config;
+    vxs_simulated_config_default(&config, profile);
+    config.sample_time = rate > 0 ? 1 / rate : config.sample_time;
+    return config;
+}
+
+} // namespace voxshell

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The coupling of a scene on a device: as the scene says, or designed. What is compiled into a plan and what
+// simulate runs is this.
+#pragma once
+
+#include "plan/design.hpp"
+#include "scene/scene_file.hpp"
+
+#include <functional>
+#include <optional>
+
+namespace voxshell {
+
+/// The largest stiffness of a scene's contact, and how it is known.
+struct ContactStiffness {
+    double value;       ///< [N/m]
+    std::string source; ///< for a sentence: "stated by the scene", "along the hand's path"
+};
+
+struct SceneCoupling {
+    vxs_coupling_config config;
+    std::string text;             ///< "pt2 5 Hz", "quasi-static 400 N/m (auto)"
+    std::optional<Design> design; ///< where the scene asks for one
+};
+
+/// device: with the scene's rate. stiffness: asked only where a design needs it. Throws Failure: invalid
+/// (numbers that the rate does not carry), requirement (a design that is unstable with an arm that counts).
+SceneCoupling scene_coupling(const SceneFile &scene, const vxs_simulated_config &device,
+                             const std::function<ContactStiffness()> &stiffness);
+
+/// What a design of the scene is given, whether or not the scene asks for one.
+DesignInput design_input(const SceneFile &scene, const vxs_simulated_config &device, double stiffness);
+
+} // namespace voxshell
