@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hard_case.hpp"
+#include "hard_shapes.hpp"
+
+#include <cmath>
+
+namespace hard {
+namespace {
+
+Mesh other()
+{
+    return refined(block(), 5);
+}
+
+void run(const Pair &pair, const Options &, Measured &m)
+{
+    compare(asset("block", h, [] { return block(); }), asset("large_triangles", h, other),
+            asset("ball", h, [] { return ball(); }), pair, m);
+    const Asset &fine = asset("fine ball", h, [] { return refined(ball(), 1); });
+    compare_moving(asset("block", h, [] { return block(); }), asset("ball", h, [] { return ball(); }), fine,
+                   pair, m);
+}
+
+} // namespace
+
+extern const Case large_triangles{
+    "large_triangles",
+    "faces of two triangles, larger than any brick of cells: the same as of two thousand, fixed and moving",
+    "wrench off the clean part's",
+    1e-4,
+    all,
+    run};
+
+} // namespace hard

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "hard_case.hpp"
+#include "hard_shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hard {
+namespace {
+
+/// The floor turned about both axes, so that its top crosses cells in steps.
+Point tilted(const Point &p)
+{
+    const double a = 0.35, b = 0.2;
+    const Point q{std::cos(a) * p[0] - std::sin(a) * p[1], std::sin(a) * p[0] + std::cos(a) * p[1], p[2]};
+    return {q[0], std::cos(b) * q[1] - std::sin(b) * q[2], std::sin(b) * q[1] + std::cos(b) * q[2]};
+}
+
+void run(const Pair &pair, const Options &, Measured &m)
+{
+    Touch touch(asset("tilted block", h, [] { return moved(block(), tilted); }),
+                asset("ball", h, [] { return ball(); }), pair, m);
+    double least = INFINITY, most = 0, sum = 0;
+    constexpr int steps = 600;
+    for (int n = 0; n < steps; ++n) {
+        const double along = 6e-3 * n / steps - 3e-3;
+        const vxs_contact_result &result = touch.at(pose_at(tilted({along, 5.1e-3, 0.37 * along})));
+        const double size = length(result.wrench.force);
+        least = std::min(least, size);
+        most = std::max(most, size);
+        sum += size / steps;
+    }
+    m.must(sum > 0, "no force at all");
+    m.note(sum > 0 ? (most - least) / sum : 0);
+}
+
+} // namespace
+
+extern const Case tilted_wall{"tilted_wall",
+                              "the same on a floor that is tilted against the grid about two axes",
+                              "ripple of the force, of its mean",
+                              0.1,
+                              reads_distance,
+                              run};
+
+} // namespace hard

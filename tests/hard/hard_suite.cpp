@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Runs the hard cases on every pair of law and field, and prints the map of what holds.
+//   hard_suite [--case NAME] [--ticks N] [--markdown FILE]
+#include "hard_case.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <fstream>
+#include <iostream>
+
+namespace hard {
+
+// One row each, in the order of METHOD section 5.
+#define CASES                                                                                                \
+    ROW(peg_in_hole)                                                                                         \
+    ROW(slot)                                                                                                \
+    ROW(wedge)                                                                                               \
+    ROW(one_point)                                                                                           \
+    ROW(no_point)                                                                                            \
+    ROW(all_points)                                                                                          \
+    ROW(knife_edge)                                                                                          \
+    ROW(cone_tip)                                                                                            \
+    ROW(duplicate_faces)                                                                                     \
+    ROW(slivers)                                                                                             \
+    ROW(t_junctions)                                                                                         \
+    ROW(self_intersection)                                                                                   \
+    ROW(open_mesh)                                                                                           \
+    ROW(inverted_mesh)                                                                                       \
+    ROW(far_away)                                                                                            \
+    ROW(any_scale)                                                                                           \
+    ROW(grid_planes)                                                                                         \
+    ROW(large_triangles)                                                                                     \
+    ROW(quaternions)                                                                                         \
+    ROW(enter_and_leave)                                                                                     \
+    ROW(cell_borders)                                                                                        \
+    ROW(tilted_wall)                                                                                         \
+    ROW(energy)                                                                                              \
+    ROW(start_inside)                                                                                        \
+    ROW(long_walk)                                                                                           \
+    ROW(not_finite)                                                                                          \
+    ROW(missed_ticks)                                                                                        \
+    ROW(device_gone)
+
+#define ROW(name) extern const Case name;
+CASES
+#undef ROW
+#define ROW(name) &name,
+static const Case *const cases[] = {CASES};
+#undef ROW
+
+namespace {
+
+enum class Verdict { holds, misses, beyond, refused, broken, surprise };
+
+Verdict judge(const Case &c, const Pair &pair, const Measured &m)
+{
+    if (!m.refused.empty()) return Verdict::refused;
+    if (!m.broken.empty()) return Verdict::broken;
+    const bool is_within = m.worst <= c.bound, is_known = c.misses && c.misses(pair);
+    if (is_known) return is_within ? Verdict::surprise : Verdict::misses;
+    if (!c.claims(pair)) return is_within ? Verdict::holds : Verdict::beyond;
+    return is_within ? Verdict::holds : Verdict::broken;
+}
+
+std::string cell(Verdict verdict, const Measured &m)
+{
+    switch (verdict) {
+    case Verdict::holds:
+        return number(m.worst);
+    case Verdict::beyond:
+        return std::string("*").append(number(m.worst)).append("*");
+    case Verdict::misses:
+        return std::string("**").append(number(m.worst)).append("**");
+    case Verdict::refused:
+        return "–";
+    default:
+        return std::string("**FAILS** ").append(m.broken.empty() ? number(m.worst) : m.broken);
+    }
+}
+
+int run(const std::string &only, const Options &options, const std::string &markdown)
+{
+    std::string page =
+        "Made by `hard_suite --markdown FILE`. Each number is a case's worst. In italics: beyond the bound, "
+        "which "
+        "this pair does not\nclaim to keep; in bold: beyond it although claimed, with the reason below; –: "
+        "refused, the asset lacks the channel.\n\n| case | worst, and its bound |";
+    for (const Pair &pair : pairs()) page += std::string(" ") + pair.name + " |";
+    page += "\n|---|---|";
+    for (std::size_t n = 0; n < pairs().size(); ++n) page += "---|";
+    page += "\n";
+    std::string notes;
+    std::vector<int> holds(pairs().size());
+    int failed = 0, ran = 0;
+    for (const Case *c : cases) {
+        if (!only.empty() && only != c->name) continue;
+        ++ran;
+        const auto begin = std::chrono::steady_clock::now();
+        std::printf("%s: %s\n", c->name, c->what);
+        page += std::string("| ") + c->name + " | " + c->worst + ", " + number(c->bound) + " |";
+        for (const Pair &pair : pairs()) {
+            Measured m;
+            try {
+                c->run(pair, options, m);
+            } catch (const std::exception &error) {
+                m.must(false, error.what());
+            }
+            const Verdict verdict = judge(*c, pair, m);
+            const bool is_failed = verdict == Verdict::broken || verdict == Verdict::surprise;
+            failed += is_failed;
+            holds[static_cast<std::size_t>(&pair - pairs().data())] += verdict == Verdict::holds;
+            page.append(" ").append(cell(verdict, m)).append(" |");
+            const char *text[] = {"holds",   "misses", "beyond, not claimed",
+                                  "refused", "FAILS",  "holds now: take it out of the misses"};
+            std::printf("  %-18s %-10s of %s  %s%s%s%s\n", pair.name,
+                        m.refused.empty() ? number(m.worst).c_str() : "-", number(c->bound).c_str(),
+                        text[static_cast<int>(verdict)],
+                        std::string(" ").append(m.broken).append(m.refused).c_str(),
+                        m.where.empty() ? "" : ", worst ", m.where.c_str());
+            if (verdict == Verdict::misses)
+                notes += std::string("- ") + c->name + ", " + pair.name + ": " + c->misses(pair) + "\n";
+        }
+        page += "\n";
+        std::printf("  %.1f s\n",
+                    std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+        std::fflush(stdout);
+    }
+    if (only.empty()) {
+        page += "| **holds** | of " + std::to_string(ran) + " cases |";
+        for (const int count : holds) page.append(" **").append(std::to_string(count)).append("** |");
+        page += "\n";
+    }
+    if (!notes.empty()) page += "\n" + notes;
+    if (!markdown.empty() && !(std::ofstream(markdown) << page).flush()) {
+        std::fprintf(stderr, "hard_suite: %s: cannot be written\n", markdown.c_str());
+        return 2;
+    }
+    if (!ran) {
+        std::fprintf(stderr, "hard_suite: no case %s\n", only.c_str());
+        return 1;
+    }
+    std::printf("%d cases on %zu pairs: %d fail\n", ran, pairs().size(), failed);
+    return failed ? 1 : 0;
+}
+
+} // namespace
+} // namespace hard
+
+int main(int argc, char **argv)
+{
+    std::string only, markdown;
+    hard::Options options;
+    for (int n = 1; n + 1 < argc; n += 2) {
+        if (!std::strcmp(argv[n], "--case"))
+            only = argv[n + 1];
+        else if (!std::strcmp(argv[n], "--markdown"))
+            markdown = argv[n + 1];
+        else if (!std::strcmp(argv[n], "--ticks"))
+            options.ticks = std::atol(argv[n + 1]);
+        else
+            argc = 0;
+    }
+    if (argc % 2 == 0 || options.ticks < 1000) {
+        std::cerr << "usage: hard_suite [--case NAME] [--ticks N] [--markdown FILE]\n";
+        return 1;
+    }
+    return hard::run(only, options, markdown);
+}
