@@ -33,17 +33,21 @@ VXSI_AVX2 __m256 within(__m256 u, float extent)
                          _mm256_cmp_ps(u, _mm256_set1_ps(extent), _CMP_LT_OQ));
 }
 
-VXSI_AVX2 __m256i low_bits(__m256i v, int shift, int mask)
+VXSI_AVX2 __m256i masked(__m256i v, int mask)
 {
-    return _mm256_and_si256(_mm256_srli_epi32(v, shift), _mm256_set1_epi32(mask));
+    return _mm256_and_si256(v, _mm256_set1_epi32(mask));
 }
 
-/* Index of 8 x 8 x 8 things: bits shift .. shift + 2 of each coordinate. */
-VXSI_AVX2 __m256i slot(const __m256i c[3], int shift)
+VXSI_AVX2 __m256i low_bits(__m256i v, int shift, int mask)
 {
-    return _mm256_or_si256(_mm256_or_si256(_mm256_slli_epi32(low_bits(c[0], shift, 7), 6),
-                                           _mm256_slli_epi32(low_bits(c[1], shift, 7), 3)),
-                           low_bits(c[2], shift, 7));
+    return masked(_mm256_srli_epi32(v, shift), mask);
+}
+
+/* Index of 8 x 8 x 8 things from bits 3 .. 5 of each coordinate. */
+VXSI_AVX2 __m256i chunk_slot(const __m256i c[3])
+{
+    return _mm256_or_si256(_mm256_or_si256(masked(_mm256_slli_epi32(c[0], 3), 7 << 6), masked(c[1], 7 << 3)),
+                           low_bits(c[2], 3, 7));
 }
 
 VXSI_AVX2 __m256i gather(__m256i otherwise, const void *base, __m256i index, __m256i lanes)
@@ -75,28 +79,23 @@ VXSI_AVX2 __m256i root_index(const vxs_voxmap *map, const __m256i c[3])
     return _mm256_add_epi32(index, _mm256_srli_epi32(c[2], 6));
 }
 
-/* The chunk that the last points were in: the next ones mostly are too. Cells in units of a chunk. */
-typedef struct chunk_cache {
-    __m256i at[3]; /* its first cell */
-    uint32_t entry;
-} chunk_cache;
-
-VXSI_AVX2 int is_cached(const chunk_cache *cache, const __m256i c[3])
+/* Whether all of the cells, truncated from u, are in the chunk. What is no cell is INT32_MIN. */
+VXSI_AVX2 int is_in_chunk(const vxsi_chunk *chunk, const __m256 u[3], const __m256i c[3])
 {
-    __m256i differs = _mm256_or_si256(
-        _mm256_or_si256(_mm256_xor_si256(c[0], cache->at[0]), _mm256_xor_si256(c[1], cache->at[1])),
-        _mm256_xor_si256(c[2], cache->at[2]));
-    return _mm256_testz_si256(differs, _mm256_set1_epi32(~(VXS_VOXMAP_CHUNK_CELLS - 1)));
+    __m256i differs = _mm256_setzero_si256();
+    for (int axis = 0; axis < 3; axis++)
+        differs =
+            _mm256_or_si256(differs, _mm256_xor_si256(c[axis], _mm256_set1_epi32((int)chunk->at[axis])));
+    /* Truncation is floor where no sign is set. */
+    return _mm256_testz_si256(differs, _mm256_set1_epi32(~(VXS_VOXMAP_CHUNK_CELLS - 1))) &&
+           !_mm256_movemask_ps(_mm256_or_ps(_mm256_or_ps(u[0], u[1]), u[2]));
 }
 
-VXSI_AVX2 void cache_chunk(chunk_cache *cache, const vxs_voxmap *map, const __m256i c[3])
+VXSI_AVX2 void enter_chunk(vxsi_chunk *chunk, const vxs_voxmap *map, const __m256i c[3])
 {
-    uint32_t first[3];
-    for (int axis = 0; axis < 3; axis++) {
-        first[axis] = (uint32_t)_mm256_cvtsi256_si32(c[axis]);
-        cache->at[axis] = _mm256_set1_epi32((int)(first[axis] & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1)));
-    }
-    cache->entry = map->root[vxs_voxmap_root_index(map->root_dims, first[0], first[1], first[2])];
+    for (int axis = 0; axis < 3; axis++)
+        chunk->at[axis] = (uint32_t)_mm256_cvtsi256_si32(c[axis]) & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1);
+    chunk->entry = map->root[vxs_voxmap_root_index(map->root_dims, chunk->at[0], chunk->at[1], chunk->at[2])];
 }
 
 /* States from the entries of the cells' bricks. */
@@ -104,21 +103,23 @@ VXSI_AVX2 __m256i states_of(const vxs_voxmap *map, const __m256i c[3], __m256i e
 {
     __m256i lanes = is_index(entry);
     if (!lanes_of(lanes)) return entry;
-    __m256i cell = slot(c, 0); /* sixteen cells to a 32-bit half word */
-    __m256i word = gather(_mm256_setzero_si256(), map->bricks,
-                          _mm256_add_epi32(first_of(entry, 5), _mm256_srli_epi32(cell, 4)), lanes);
-    __m256i shift = _mm256_slli_epi32(_mm256_and_si256(cell, _mm256_set1_epi32(15)), 1);
-    __m256i state = _mm256_and_si256(_mm256_srlv_epi32(word, shift), _mm256_set1_epi32(3));
+    /* Sixteen cells to a 32-bit half word: bits i2 i1 i0 j2 j1 say which, j0 k2 k1 k0 where. */
+    __m256i word = _mm256_or_si256(masked(_mm256_slli_epi32(c[0], 2), 28), low_bits(c[1], 1, 3));
+    __m256i cells =
+        gather(_mm256_setzero_si256(), map->bricks, _mm256_add_epi32(first_of(entry, 5), word), lanes);
+    __m256i shift =
+        _mm256_or_si256(masked(_mm256_slli_epi32(c[1], 4), 16), masked(_mm256_slli_epi32(c[2], 1), 14));
+    __m256i state = masked(_mm256_srlv_epi32(cells, shift), 3);
     return _mm256_blendv_epi8(entry, state, lanes);
 }
 
-/* States of cells that are all in the box and in the cached chunk. */
-VXSI_AVX2 __m256i states_in_chunk(const vxs_voxmap *map, const chunk_cache *cache, const __m256i c[3])
+/* States of cells that are all in the box and in the chunk. */
+VXSI_AVX2 __m256i states_in_chunk(const vxs_voxmap *map, const vxsi_chunk *chunk, const __m256i c[3])
 {
-    if (cache->entry < VXS_VOXMAP_ENTRY_FIRST) return _mm256_set1_epi32((int)cache->entry);
+    if (chunk->entry < VXS_VOXMAP_ENTRY_FIRST) return _mm256_set1_epi32((int)chunk->entry);
     const uint32_t *entries =
-        map->chunks + (size_t)(cache->entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
-    return states_of(map, c, _mm256_i32gather_epi32((const int *)(const void *)entries, slot(c, 3), 4));
+        map->chunks + (size_t)(chunk->entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
+    return states_of(map, c, _mm256_i32gather_epi32((const int *)(const void *)entries, chunk_slot(c), 4));
 }
 
 /* States of the cells in `inside`, free elsewhere. */
@@ -128,7 +129,7 @@ VXSI_AVX2 __m256i states(const vxs_voxmap *map, const __m256i c[3], __m256i insi
     __m256i lanes = is_index(entry);
     if (!lanes_of(lanes)) return entry;
     return states_of(map, c,
-                     gather(entry, map->chunks, _mm256_add_epi32(first_of(entry, 9), slot(c, 3)), lanes));
+                     gather(entry, map->chunks, _mm256_add_epi32(first_of(entry, 9), chunk_slot(c)), lanes));
 }
 
 /* ((m0 x + m1 y) + m2 z) + b for the three rows */
@@ -178,7 +179,7 @@ __attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, co
         return;
     }
     const float extent[3] = {(float)map->cells[0], (float)map->cells[1], (float)map->cells[2]};
-    chunk_cache cache = {{_mm256_set1_epi32(-1), _mm256_set1_epi32(-1), _mm256_set1_epi32(-1)}, 0};
+    vxsi_chunk chunk = found->chunk;
     const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
     for (uint32_t point = first; point < last; point += 8) {
         /* The arrays are padded to whole vectors; lanes beyond the last point do not count. */
@@ -188,16 +189,15 @@ __attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, co
         place(motion, at[0], at[1], at[2], u);
         __m256i c[3] = {_mm256_cvttps_epi32(u[0]), _mm256_cvttps_epi32(u[1]), _mm256_cvttps_epi32(u[2])},
                 state;
-        /* Truncation is floor where no sign is set; what is no cell becomes INT32_MIN. */
-        if (is_cached(&cache, c) && !_mm256_movemask_ps(_mm256_or_ps(_mm256_or_ps(u[0], u[1]), u[2]))) {
-            state = states_in_chunk(map, &cache, c);
+        if (is_in_chunk(&chunk, u, c)) {
+            state = states_in_chunk(map, &chunk, c);
         } else {
             __m256i inside = _mm256_castps_si256(_mm256_and_ps(
                 _mm256_and_ps(within(u[0], extent[0]), within(u[1], extent[1])), within(u[2], extent[2])));
             if (!lanes_of(inside)) continue;
             for (int axis = 0; axis < 3; axis++) c[axis] = _mm256_and_si256(c[axis], inside);
             state = states(map, c, inside);
-            cache_chunk(&cache, map, c);
+            enter_chunk(&chunk, map, c);
         }
         unsigned hits = lanes_of(_mm256_cmpgt_epi32(state, _mm256_setzero_si256()));
         if (!hits) continue;
@@ -209,6 +209,7 @@ __attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, co
         }
         if (hits) keep(found, shell, point, at, c, hits);
     }
+    found->chunk = chunk;
 }
 
 /* The clearance of the cells' blocks, [half cells] with its sign. */

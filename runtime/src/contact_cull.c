@@ -226,6 +226,7 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
     for (uint32_t n = 0; n < count; n++) {
         vxsi_static *s = &contact->statics[n];
         s->span.first = contact->hits.count;
+        contact->hits.chunk = (vxsi_chunk){{UINT32_MAX, UINT32_MAX, UINT32_MAX}, VXS_CELL_FREE};
         for (uint32_t r = s->run_first; r < s->run_last; r++) {
             vxsi_run run = contact->runs[r];
             uint32_t coarse = run.last - run.first < coarse_clusters ? run.last - run.first : coarse_clusters;

@@ -24,7 +24,14 @@ enum {
     VXSI_TAKE_NORMAL = 4
 };
 
-/* Points found, structure of arrays, in point order. Each array has room for capacity + 8. */
+/* The chunk that the last points were in, in which the next ones mostly are too. */
+typedef struct vxsi_chunk {
+    uint32_t at[3]; /* its first cell */
+    uint32_t entry; /* of the map's root */
+} vxsi_chunk;
+
+/* Points found, structure of arrays, in point order. Each array has room for capacity +
+ * VXSI_LANES. */
 typedef struct vxsi_hits {
     float *x, *y, *z, *nx, *ny, *nz, *area; /* shell frame; the last four only if taken */
     int32_t *i, *j, *k;                     /* cell relative to the box */
@@ -33,16 +40,20 @@ typedef struct vxsi_hits {
     uint32_t deep_count; /* points in interior cells that are no hits */
     uint32_t overflow;   /* not 0: a hit found no room */
     uint32_t take;
+    vxsi_chunk chunk;          /* of the map at hand; at no cell when it changes */
     const uint8_t (*order)[8]; /* order[m]: the places of m's set bits, for kernels of eight lanes */
 } vxsi_hits;
 
-/* Bounding spheres in the shell's frame [m]; arrays are padded to a multiple of 8. */
+/* Bounding spheres in the shell's frame [m]; arrays have VXSI_LANES more. */
 typedef struct vxsi_spheres {
     float *x, *y, *z, *radius;
     uint32_t count;
 } vxsi_spheres;
 
-enum { VXSI_BATCH = 64 };
+enum {
+    VXSI_BATCH = 64,
+    VXSI_LANES = 16 /* of the widest kernel: arrays have room for so many more elements */
+};
 
 /* What is known of up to 64 spheres; bit n and slack[n] belong to sphere first + n. */
 typedef struct vxsi_verdict {
@@ -55,7 +66,7 @@ typedef struct vxsi_verdict {
 typedef void vxsi_cull(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted,
                        const vxsi_motion *motion, vxsi_verdict *verdict);
 
-/* Appends what points first .. last - 1 (first a multiple of 8) find. */
+/* Appends what points first .. last - 1 find. */
 typedef void vxsi_probe(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
                         uint32_t first, uint32_t last, vxsi_hits *hits);
 
@@ -91,6 +102,7 @@ typedef struct vxsi_kernel {
 extern const vxsi_kernel vxsi_kernel_scalar;
 #if defined(__x86_64__)
 extern const vxsi_kernel vxsi_kernel_avx2;
+extern const vxsi_kernel vxsi_kernel_avx512;
 #elif defined(__aarch64__)
 extern const vxsi_kernel vxsi_kernel_neon;
 #endif

@@ -12,11 +12,11 @@
 #include <string.h>
 #include <time.h>
 
-enum { LANES = 8, ARRAYS = 7, ALIGNMENT = 64, MOST = VXS_POINTSHELL_CLUSTER_POINTS, GROUP = 4 };
+enum { ARRAYS = 7, ALIGNMENT = 64, MOST = VXS_POINTSHELL_CLUSTER_POINTS, GROUP = 4 };
 
 static size_t array_bytes(const vxs_pointshell *shell, int level)
 {
-    size_t count = ((size_t)shell->cluster_count * MOST >> (2 * level)) + LANES;
+    size_t count = ((size_t)shell->cluster_count * MOST >> (2 * level)) + VXSI_LANES;
     return (count * sizeof(float) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
 }
 

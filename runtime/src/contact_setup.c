@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ALIGNMENT = 64, LANES = 8 };
+enum { ALIGNMENT = 64 };
 
 void vxs_contact_config_default(vxs_contact_config *config)
 {
@@ -43,7 +43,7 @@ static void *take(arena *a, size_t count, size_t size)
 
 static void take_spheres(arena *a, vxsi_spheres *spheres, uint32_t count)
 {
-    size_t padded = (size_t)count + LANES;
+    size_t padded = (size_t)count + VXSI_LANES;
     float **arrays[] = {&spheres->x, &spheres->y, &spheres->z, &spheres->radius};
     for (int n = 0; n < 4; n++) *arrays[n] = take(a, padded, sizeof(float));
     spheres->count = count;
@@ -55,7 +55,7 @@ static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshel
     arena a = {memory, 0};
     take(&a, 1, sizeof *contact);
     vxsi_hits *hits = &contact->hits;
-    size_t room = (size_t)shell->point_count + LANES; /* a kernel may write whole vectors */
+    size_t room = (size_t)shell->point_count + VXSI_LANES; /* a kernel may write whole vectors */
     float **floats[] = {&hits->x, &hits->y, &hits->z, &hits->nx, &hits->ny, &hits->nz, &hits->area};
     int32_t **cells[] = {&hits->i, &hits->j, &hits->k};
     for (int n = 0; n < 7; n++) *floats[n] = take(&a, room, sizeof(float));
@@ -83,6 +83,14 @@ size_t vxs_contact_memory(const vxs_pointshell *shell, uint32_t statics)
     return shell ? lay_out(&unplaced, NULL, shell, statics) : 0;
 }
 
+#if defined(__x86_64__)
+static int has_avx512(void)
+{
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw");
+}
+#endif
+
 static const vxsi_kernel *kernel_named(uint32_t kernel)
 {
     switch (kernel) {
@@ -91,6 +99,8 @@ static const vxsi_kernel *kernel_named(uint32_t kernel)
 #if defined(__x86_64__)
     case VXS_CONTACT_AVX2:
         return __builtin_cpu_supports("avx2") ? &vxsi_kernel_avx2 : NULL;
+    case VXS_CONTACT_AVX512:
+        return has_avx512() ? &vxsi_kernel_avx512 : NULL;
 #elif defined(__aarch64__)
     case VXS_CONTACT_NEON:
         return &vxsi_kernel_neon;
@@ -102,9 +112,9 @@ static const vxsi_kernel *kernel_named(uint32_t kernel)
 
 vxs_result vxs_contact_use(vxs_contact *contact, uint32_t kernel)
 {
-    if (!contact || kernel > VXS_CONTACT_NEON) return VXS_PARAM;
+    if (!contact || kernel > VXS_CONTACT_AVX512) return VXS_PARAM;
     const vxsi_kernel *chosen = kernel_named(kernel);
-    for (uint32_t best = VXS_CONTACT_NEON; kernel == VXS_CONTACT_FASTEST && !chosen; best--)
+    for (uint32_t best = VXS_CONTACT_AVX512; kernel == VXS_CONTACT_FASTEST && !chosen; best--)
         chosen = kernel_named(best);
     if (!chosen) return VXS_UNSUPPORTED;
     contact->kernel = chosen;

@@ -46,7 +46,7 @@ static void open_bed(bed *b, const char *map, const char *shell)
     CHECK_INT(vxs_pointshell_open(&b->shell_asset, &b->shell), VXS_OK);
     CHECK(b->map.clearance_index != NULL);
     size_t size = (vxs_contact_memory(&b->shell, STATICS) + 63) / 64 * 64;
-    for (uint32_t kernel = VXS_CONTACT_SCALAR; kernel <= VXS_CONTACT_NEON; kernel++) {
+    for (uint32_t kernel = VXS_CONTACT_SCALAR; kernel <= VXS_CONTACT_AVX512; kernel++) {
         for (uint32_t culling = VXS_CONTACT_COHERENT; culling <= VXS_CONTACT_CHECKED; culling++) {
             variant *v = &b->variants[b->count];
             v->kernel = kernel;

@@ -86,7 +86,7 @@ int main(void)
     CHECK_INT(vxs_contact_use(p.tested, 99), VXS_PARAM);
     CHECK_INT(vxs_contact_use(p.tested, VXS_CONTACT_FASTEST), VXS_OK);
     uint32_t kernel = 0;
-    for (uint32_t k = VXS_CONTACT_AVX2; k <= VXS_CONTACT_NEON; k++) {
+    for (uint32_t k = VXS_CONTACT_AVX2; k <= VXS_CONTACT_AVX512; k++) {
         if (vxs_contact_use(p.tested, k) == VXS_OK) kernel = k;
     }
     built_free(&shell_bytes);

@@ -119,7 +119,8 @@ typedef enum vxs_contact_kernel {
     VXS_CONTACT_FASTEST = 0, /* of those that this processor has: what vxs_contact_init() takes */
     VXS_CONTACT_SCALAR = 1,
     VXS_CONTACT_AVX2 = 2,
-    VXS_CONTACT_NEON = 3
+    VXS_CONTACT_NEON = 3,
+    VXS_CONTACT_AVX512 = 4
 } vxs_contact_kernel;
 
 /* Returns VXS_OK; VXS_PARAM; VXS_UNSUPPORTED (and keeps the kernel) if the processor has not got it.

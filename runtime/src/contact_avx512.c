@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The kernel on AVX-512, sixteen points at a time: the same operations in the same order as
+ * contact_scalar.c and no fused multiply-add, so the same bits.
+ */
+#include "contact_kernel.h"
+
+#if defined(__x86_64__)
+
+#include <immintrin.h>
+#include <string.h>
+
+/* Gathers index by signed 32 bits: beyond these counts the scalar probe takes over. */
+static const uint64_t max_chunks = INT32_MAX / VXS_VOXMAP_CHUNK_ENTRIES;
+static const uint64_t max_clearances = INT32_MAX / (VXS_VOXMAP_CLEARANCE_BLOCKS / 4);
+static const uint64_t max_bricks = INT32_MAX / (2 * VXS_VOXMAP_BRICK_WORDS);
+
+#define VXSI_TARGET __attribute__((target("avx512f,avx512vl,avx512dq,avx512bw")))
+#define VXSI_AVX512 VXSI_TARGET static inline
+
+/* Of three vectors as truth tables: which bits of _mm512_ternarylogic_epi32 are set. */
+enum { A_XOR_B_OR_C = 0xBE, A_OR_B_OR_C = 0xFE, A_AND_B_OR_C = 0xEA, A_WHERE_C_ELSE_B = 0xE4 };
+#define TERNARY(table, a, b, c) _mm512_ternarylogic_epi32(a, b, c, table)
+
+VXSI_AVX512 __m512i all(uint32_t value)
+{
+    return _mm512_set1_epi32((int)value);
+}
+
+/* ((m0 x + m1 y) + m2 z) + b for the three rows */
+VXSI_AVX512 void place(const vxsi_motion *motion, const __m512 at[3], __m512 u[3])
+{
+    for (int axis = 0; axis < 3; axis++) {
+        const float *m = motion->m + 3 * axis;
+        __m512 sum = _mm512_add_ps(_mm512_mul_ps(_mm512_set1_ps(m[0]), at[0]),
+                                   _mm512_mul_ps(_mm512_set1_ps(m[1]), at[1]));
+        sum = _mm512_add_ps(sum, _mm512_mul_ps(_mm512_set1_ps(m[2]), at[2]));
+        u[axis] = _mm512_add_ps(sum, _mm512_set1_ps(motion->b[axis]));
+    }
+}
+
+/* Index of 8 x 8 x 8 things from bits 3 .. 5 of each coordinate. */
+VXSI_AVX512 __m512i chunk_slot(const __m512i c[3])
+{
+    __m512i low = TERNARY(A_WHERE_C_ELSE_B, _mm512_srli_epi32(c[2], 3), c[1], all(7));
+    return _mm512_and_si512(TERNARY(A_WHERE_C_ELSE_B, _mm512_slli_epi32(c[0], 3), low, all(7 << 6)),
+                            all(VXS_VOXMAP_CHUNK_ENTRIES - 1));
+}
+
+VXSI_AVX512 __mmask16 is_index(__m512i entry)
+{
+    return _mm512_cmpge_epi32_mask(entry, all(VXS_VOXMAP_ENTRY_FIRST));
+}
+
+/* Entry -> first element of its chunk or brick. */
+VXSI_AVX512 __m512i first_of(__m512i entry, unsigned log2_size)
+{
+    return _mm512_slli_epi32(_mm512_sub_epi32(entry, all(VXS_VOXMAP_ENTRY_FIRST)), log2_size);
+}
+
+VXSI_AVX512 __m512i gather(__m512i otherwise, __mmask16 lanes, const void *base, __m512i index)
+{
+    return _mm512_mask_i32gather_epi32(otherwise, lanes, index, base, 4);
+}
+
+VXSI_AVX512 __m512i root_index(const vxs_voxmap *map, const __m512i c[3])
+{
+    __m512i index = _mm512_mullo_epi32(_mm512_srli_epi32(c[0], 6), all(map->root_dims[1]));
+    index = _mm512_add_epi32(index, _mm512_srli_epi32(c[1], 6));
+    index = _mm512_mullo_epi32(index, all(map->root_dims[2]));
+    return _mm512_add_epi32(index, _mm512_srli_epi32(c[2], 6));
+}
+
+/* States from the entries of the cells' bricks. */
+VXSI_AVX512 __m512i states_of(const vxs_voxmap *map, const __m512i c[3], __m512i entry)
+{
+    __mmask16 lanes = is_index(entry);
+    if (!lanes) return entry;
+    /* Sixteen cells to a 32-bit half word: bits i2 i1 i0 j2 j1 say which, j0 k2 k1 k0 where. */
+    __m512i word = _mm512_and_si512(
+        TERNARY(A_WHERE_C_ELSE_B, _mm512_srli_epi32(c[1], 1), _mm512_slli_epi32(c[0], 2), all(3)), all(31));
+    __m512i shift = _mm512_and_si512(
+        TERNARY(A_WHERE_C_ELSE_B, _mm512_slli_epi32(c[1], 4), _mm512_slli_epi32(c[2], 1), all(16)), all(30));
+    __m512i cells =
+        gather(_mm512_setzero_si512(), lanes, map->bricks, _mm512_add_epi32(first_of(entry, 5), word));
+    return _mm512_mask_and_epi32(entry, lanes, _mm512_srlv_epi32(cells, shift), all(3));
+}
+
+/* Whether all of the cells, truncated from u, are in the chunk. What is no cell is INT32_MIN. */
+VXSI_AVX512 int is_in_chunk(const vxsi_chunk *chunk, const __m512 u[3], const __m512i c[3])
+{
+    __m512i differs = _mm512_xor_si512(c[0], all(chunk->at[0]));
+    differs = TERNARY(A_XOR_B_OR_C, c[1], all(chunk->at[1]), differs);
+    differs = TERNARY(A_XOR_B_OR_C, c[2], all(chunk->at[2]), differs);
+    /* Truncation is floor where no sign is set. */
+    __m512i signs =
+        TERNARY(A_OR_B_OR_C, _mm512_castps_si512(u[0]), _mm512_castps_si512(u[1]), _mm512_castps_si512(u[2]));
+    differs = TERNARY(A_AND_B_OR_C, signs, all(UINT32_C(1) << 31), differs);
+    return !_mm512_test_epi32_mask(differs, all(~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1)));
+}
+
+VXSI_AVX512 void enter_chunk(vxsi_chunk *chunk, const vxs_voxmap *map, const __m512i c[3])
+{
+    for (int axis = 0; axis < 3; axis++)
+        chunk->at[axis] = (uint32_t)_mm512_cvtsi512_si32(c[axis]) & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1);
+    chunk->entry = map->root[vxs_voxmap_root_index(map->root_dims, chunk->at[0], chunk->at[1], chunk->at[2])];
+}
+
+/* States of cells that are all in the box and in the chunk. */
+VXSI_AVX512 __m512i states_in_chunk(const vxs_voxmap *map, const vxsi_chunk *chunk, const __m512i c[3])
+{
+    if (chunk->entry < VXS_VOXMAP_ENTRY_FIRST) return all(chunk->entry);
+    const uint32_t *entries =
+        map->chunks + (size_t)(chunk->entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
+    return states_of(map, c, _mm512_i32gather_epi32(chunk_slot(c), entries, 4));
+}
+
+/* States of the cells in `inside`, free elsewhere. */
+VXSI_AVX512 __m512i states(const vxs_voxmap *map, const __m512i c[3], __mmask16 inside)
+{
+    __m512i entry = gather(_mm512_setzero_si512(), inside, map->root, root_index(map, c));
+    __mmask16 lanes = is_index(entry);
+    if (!lanes) return entry;
+    return states_of(map, c,
+                     gather(entry, lanes, map->chunks, _mm512_add_epi32(first_of(entry, 9), chunk_slot(c))));
+}
+
+/* Appends the lanes in `hits`. */
+VXSI_AVX512 void keep(vxsi_hits *found, const vxs_pointshell *shell, uint32_t point, const __m512 at[3],
+                      const __m512i c[3], __mmask16 hits)
+{
+    uint32_t n = found->count;
+#define KEEP_F(array, v) _mm512_storeu_ps((array) + n, _mm512_maskz_compress_ps(hits, v))
+#define KEEP_I(array, v) _mm512_storeu_si512((array) + n, _mm512_maskz_compress_epi32(hits, v))
+    KEEP_F(found->x, at[0]);
+    KEEP_F(found->y, at[1]);
+    KEEP_F(found->z, at[2]);
+    KEEP_I(found->i, c[0]);
+    KEEP_I(found->j, c[1]);
+    KEEP_I(found->k, c[2]);
+    if (found->take & VXSI_TAKE_NORMAL) {
+        KEEP_F(found->nx, _mm512_loadu_ps(shell->nx + point));
+        KEEP_F(found->ny, _mm512_loadu_ps(shell->ny + point));
+        KEEP_F(found->nz, _mm512_loadu_ps(shell->nz + point));
+    }
+    if (found->take & VXSI_TAKE_AREA) KEEP_F(found->area, _mm512_loadu_ps(shell->area + point));
+#undef KEEP_F
+#undef KEEP_I
+    n += (uint32_t)__builtin_popcount(hits);
+    if (n > found->capacity) {
+        n = found->capacity;
+        found->overflow = 1;
+    }
+    found->count = n;
+}
+
+/* Lanes where 0 <= u < extent; a NaN is outside. */
+VXSI_AVX512 __mmask16 inside_box(const vxs_voxmap *map, const __m512 u[3])
+{
+    __mmask16 inside = 0xFFFF;
+    for (int axis = 0; axis < 3; axis++) {
+        inside = _mm512_mask_cmp_ps_mask(inside, u[axis], _mm512_setzero_ps(), _CMP_GE_OQ);
+        inside =
+            _mm512_mask_cmp_ps_mask(inside, u[axis], _mm512_set1_ps((float)map->cells[axis]), _CMP_LT_OQ);
+    }
+    return inside;
+}
+
+VXSI_TARGET static void probe_avx512(const vxs_voxmap *map, const vxs_pointshell *shell,
+                                     const vxsi_motion *motion, uint32_t first, uint32_t last,
+                                     vxsi_hits *found)
+{
+    if (map->chunk_count > max_chunks || map->brick_count > max_bricks) {
+        vxsi_probe_scalar(map, shell, motion, first, last, found);
+        return;
+    }
+    vxsi_chunk chunk = found->chunk;
+    const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
+    for (uint32_t point = first; point < last; point += VXSI_LANES) {
+        /* The arrays are padded to whole vectors; lanes beyond the last point do not count. */
+        const __m512 at[3] = {_mm512_loadu_ps(shell->x + point), _mm512_loadu_ps(shell->y + point),
+                              _mm512_loadu_ps(shell->z + point)};
+        __m512 u[3];
+        place(motion, at, u);
+        __m512i c[3] = {_mm512_cvttps_epi32(u[0]), _mm512_cvttps_epi32(u[1]), _mm512_cvttps_epi32(u[2])},
+                state;
+        if (is_in_chunk(&chunk, u, c)) {
+            state = states_in_chunk(map, &chunk, c);
+        } else {
+            __mmask16 inside = inside_box(map, u);
+            if (!inside) continue;
+            for (int axis = 0; axis < 3; axis++) c[axis] = _mm512_maskz_mov_epi32(inside, c[axis]);
+            state = states(map, c, inside);
+            enter_chunk(&chunk, map, c);
+        }
+        __mmask16 hits = _mm512_test_epi32_mask(state, state);
+        if (!hits) continue;
+        if (last - point < VXSI_LANES) hits &= (__mmask16)((1u << (last - point)) - 1);
+        if (!takes_interior) {
+            __mmask16 deep = _mm512_mask_cmpeq_epi32_mask(hits, state, all(VXS_CELL_INTERIOR));
+            found->deep_count += (uint32_t)__builtin_popcount(deep);
+            hits &= (__mmask16)~deep;
+        }
+        if (hits) keep(found, shell, point, at, c, hits);
+    }
+    found->chunk = chunk;
+}
+
+/* The clearance of the cells' blocks, [half cells] with its sign. */
+VXSI_AVX512 __m512i clearances(const vxs_voxmap *map, const __m512i c[3])
+{
+    __m512i entry = _mm512_i32gather_epi32(root_index(map, c), map->clearance_index, 4);
+    __mmask16 lanes = is_index(entry), deep = _mm512_cmpeq_epi32_mask(entry, all(VXS_CELL_INTERIOR));
+    const __m512i beyond = all(VXS_VOXMAP_CLEARANCE_BEYOND);
+    __m512i value = _mm512_mask_sub_epi32(beyond, deep, _mm512_setzero_si512(), beyond);
+    if (!lanes) return value;
+    __m512i block = all(0);
+    for (int axis = 0; axis < 3; axis++)
+        block = _mm512_or_si512(_mm512_slli_epi32(block, 4),
+                                _mm512_and_si512(_mm512_srli_epi32(c[axis], 2), all(15)));
+    __m512i word = gather(all(0), lanes, map->clearance,
+                          _mm512_add_epi32(first_of(entry, 10), _mm512_srli_epi32(block, 2)));
+    /* The byte to the top, then down again with its sign. */
+    __m512i up = _mm512_slli_epi32(_mm512_andnot_si512(block, all(3)), 3);
+    return _mm512_mask_srai_epi32(value, lanes, _mm512_sllv_epi32(word, up), 24);
+}
+
+VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first,
+                                    uint64_t wanted, const vxsi_motion *motion, vxsi_verdict *verdict)
+{
+    verdict->is_free = verdict->is_deep = 0;
+    if (map->clearance_count > max_clearances) {
+        vxsi_cull_scalar(map, spheres, first, wanted, motion, verdict);
+        return;
+    }
+    for (uint32_t n = 0; n < VXSI_BATCH; n += VXSI_LANES) {
+        if (!(wanted >> n & 0xFFFFu)) continue;
+        const uint32_t s = first + n;
+        const __m512 at[3] = {_mm512_loadu_ps(spheres->x + s), _mm512_loadu_ps(spheres->y + s),
+                              _mm512_loadu_ps(spheres->z + s)};
+        __m512 u[3], square = _mm512_setzero_ps();
+        __m512i c[3];
+        place(motion, at, u);
+        for (int axis = 0; axis < 3; axis++) {
+            /* max and min give their second operand for a NaN */
+            __m512 inside = _mm512_min_ps(_mm512_max_ps(u[axis], _mm512_setzero_ps()),
+                                          _mm512_set1_ps((float)map->cells[axis]));
+            c[axis] = _mm512_min_epi32(_mm512_cvttps_epi32(inside), all(map->cells[axis] - 1));
+            __m512i center = _mm512_add_epi32(_mm512_andnot_si512(all(3), c[axis]), all(2));
+            __m512 away = _mm512_sub_ps(inside, _mm512_cvtepi32_ps(center));
+            square = _mm512_add_ps(square, _mm512_mul_ps(away, away));
+        }
+        __m512i value = clearances(map, c);
+        __m512 reach =
+            _mm512_add_ps(_mm512_mul_ps(_mm512_loadu_ps(spheres->radius + s), _mm512_set1_ps(motion->scale)),
+                          _mm512_set1_ps(motion->margin));
+        __m512 left =
+            _mm512_sub_ps(_mm512_mul_ps(_mm512_cvtepi32_ps(_mm512_abs_epi32(value)), _mm512_set1_ps(0.5f)),
+                          _mm512_add_ps(_mm512_sqrt_ps(square), reach));
+        uint64_t is_clear = _mm512_cmp_ps_mask(left, _mm512_setzero_ps(), _CMP_GE_OQ);
+        uint64_t is_outside = _mm512_cmpgt_epi32_mask(value, _mm512_setzero_si512());
+        _mm512_storeu_ps(verdict->slack + n, left);
+        verdict->is_free |= (is_clear & is_outside) << n;
+        verdict->is_deep |= (is_clear & ~is_outside) << n;
+    }
+}
+
+#define VXSI_NAME(name) name##_avx512
+#include "contact_sum.h"
+
+const vxsi_kernel vxsi_kernel_avx512 = {cull_avx512, probe_avx512, mean_avx512, sum_common_avx512,
+                                        sum_own_avx512};
+
+#else
+typedef int vxsi_no_avx512; /* a translation unit is not empty */
+#endif
