@@ -29,16 +29,21 @@ constexpr OurMode distance(const char *name, std::uint32_t kernel, std::uint32_t
 constexpr OurMode modes[] = {
     states("voxshell states, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE),
     states("voxshell states, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_BRUTE),
+    states("voxshell states, brute, AVX-512", VXS_CONTACT_AVX512, VXS_CONTACT_BRUTE),
     states("voxshell states, culled, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_CULLED),
     states("voxshell states, culled, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_CULLED),
+    states("voxshell states, culled, AVX-512", VXS_CONTACT_AVX512, VXS_CONTACT_CULLED),
     states("voxshell states, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT),
-    states("voxshell states, coherent, AVX2, original law", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT,
+    states("voxshell states, coherent, AVX-512", VXS_CONTACT_AVX512, VXS_CONTACT_COHERENT),
+    states("voxshell states, coherent, original law", VXS_CONTACT_FASTEST, VXS_CONTACT_COHERENT,
            VXS_CONTACT_ORIGINAL),
-    {"voxshell states, coherent, AVX2, at most 4000 points", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT,
+    {"voxshell states, coherent, at most 4000 points", VXS_CONTACT_FASTEST, VXS_CONTACT_COHERENT,
      VXS_CONTACT_AVERAGE, false, 4000},
     distance("voxshell distance, brute, scalar", VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE),
     distance("voxshell distance, brute, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_BRUTE),
+    distance("voxshell distance, brute, AVX-512", VXS_CONTACT_AVX512, VXS_CONTACT_BRUTE),
     distance("voxshell distance, coherent, AVX2", VXS_CONTACT_AVX2, VXS_CONTACT_COHERENT),
+    distance("voxshell distance, coherent, AVX-512", VXS_CONTACT_AVX512, VXS_CONTACT_COHERENT),
 };
 
 /// Bytes as an open asset: written to a file, mapped as the servo loop maps it, and the name given up.
@@ -141,9 +146,18 @@ double mib_of(const OurMap &map)
     return map.mib();
 }
 
-std::span<const OurMode> our_modes()
+std::vector<OurMode> our_modes()
 {
-    return modes;
+    const OpenAsset file(shell_bytes(sphere_points(64)));
+    vxs_pointshell shell;
+    vxs_pointshell_open(&file.asset, &shell);
+    std::vector<std::uint8_t> memory(vxs_contact_memory(&shell, 1));
+    vxs_contact *contact = nullptr;
+    vxs_contact_init(memory.data(), memory.size(), &shell, 1, &contact);
+    std::vector<OurMode> there;
+    for (const OurMode &mode : modes)
+        if (vxs_contact_use(contact, mode.kernel) == VXS_OK) there.push_back(mode);
+    return there;
 }
 
 std::shared_ptr<const OurMap> make_our_map(const Mesh &mesh, double voxel, bool distance)

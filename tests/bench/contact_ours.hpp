@@ -10,13 +10,13 @@ namespace voxshell::bench {
 /// A way to run our contact: a row of the table.
 struct OurMode {
     const char *name;
-    std::uint32_t kernel;          ///< VXS_CONTACT_SCALAR, VXS_CONTACT_AVX2
+    std::uint32_t kernel;          ///< VXS_CONTACT_SCALAR ...
     std::uint32_t culling;         ///< VXS_CONTACT_BRUTE, VXS_CONTACT_CULLED, VXS_CONTACT_COHERENT
     std::uint32_t law;             ///< VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE, VXS_CONTACT_GRADIENT
     bool distance;                 ///< needs a map with the distance channel
     std::uint32_t most_points = 0; ///< time-critical: looks at no more than these, at levels of detail
 };
-std::span<const OurMode> our_modes();
+std::vector<OurMode> our_modes(); ///< those that this processor can run
 
 /// An open voxmap of a mesh; with `distance` up to three cells from its surface.
 class OurMap;

@@ -75,8 +75,8 @@ def bars(results):
         theirs, mine = results.p50(peer, MAIN_MOTION, size), ours[0]
         return theirs / mine if theirs and mine else None
 
-    for what, bar, words, size in (('states, brute, AVX2, 100 k points, whole tick', 1.1, ('states', 'brute'), 100000),
-                                   ('distance, brute, AVX2, 100 k points, whole tick', 2.0, ('distance', 'brute'), 100000)):
+    for what, bar, words, size in (('states, brute, AVX2, 100 k points, whole tick', 1.1, ('states', 'brute', 'AVX2'), 100000),
+                                   ('distance, brute, AVX2, 100 k points, whole tick', 2.0, ('distance', 'brute', 'AVX2'), 100000)):
         mine = results.best(MAIN_MOTION, size, words=words)[0]
         if mine:
             yield f'{what} [ns a point]', '<=', bar, mine / size
@@ -238,7 +238,7 @@ def style(rival):
     colour, width = next(((c, w) for name, c, w in families if rival.startswith(name)), ("'#606060'", 1.3))
     marks = {'coherent': 7, 'culled': 6, 'brute': 5, 'nearest': 4, 'trilinear': 8, 'as it comes': 12, 'FCL': 2, 'Bullet': 3}
     mark = next((m for word, m in marks.items() if word in rival), 1)
-    dashed = 3 if 'scalar' in rival else 1
+    dashed = 3 if 'scalar' in rival else 2 if 'voxshell' in rival and 'AVX2' in rival else 1
     return f'lc rgb {colour} lw {width} dt {dashed} pt {mark} ps 0.6'
 
 
