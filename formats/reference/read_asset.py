@@ -11,6 +11,7 @@ Exit status: 0 ok, 1 usage, 2 the file cannot be read, 3 it breaks a rule.
 """
 import array
 import hashlib
+import itertools
 import json
 import math
 import struct
@@ -173,19 +174,20 @@ class Asset:
 
 class Voxmap(Asset):
     STRIDES = {"GRID": 192, "ROOT": 4, "CHNK": 2048, "BRIK": 128, "LAYR": 512, "DIST": 1024, "CLRX": 4,
-               "CLRV": 4096}
+               "CLRV": 4096, "CLRC": 4}
+    CLEARANCE = ("CLRX", "CLRV", "CLRC")
     LOW_BITS = int("01" * 512, 2)  # the lower bit of all 512 states
 
     def __init__(self, data):
         super().__init__(data)
-        self.check_layout("M1", self.STRIDES, optional=("LAYR", "DIST", "CLRX", "CLRV"))
+        self.check_layout("M1", self.STRIDES, optional=("LAYR", "DIST", *self.CLEARANCE))
         self.channels = [n for n in ("LAYR", "DIST") if n in self.by_name]
         for name in self.channels:
             if self.by_name[name].count != self.by_name["BRIK"].count:
                 raise Broken("M103", "TABL", self.by_name[name].entry_offset, f"{name} is not as long as BRIK")
-        pair = [self.by_name[n] for n in ("CLRX", "CLRV") if n in self.by_name]
-        if len(pair) == 1 or (pair and pair[0].count != self.by_name["ROOT"].count):
-            raise Broken("M104", "TABL", pair[0].entry_offset, "CLRX and CLRV do not fit each other or ROOT")
+        trio = [self.by_name[n] for n in self.CLEARANCE if n in self.by_name]
+        if trio and (len(trio) != 3 or trio[0].count != self.by_name["ROOT"].count or trio[2].count != trio[0].count):
+            raise Broken("M104", "TABL", trio[0].entry_offset, "CLRX, CLRV and CLRC do not fit each other or ROOT")
         self.check_grid()
         self.root = self.array("ROOT", "I")
         self.chunks = self.array("CHNK", "I")
@@ -369,14 +371,15 @@ class Voxmap(Asset):
     def check_clearance(self):
         if "CLRX" not in self.by_name:
             return
-        index, values = self.array("CLRX", "I"), self.array("CLRV", "b")
-        index_at, values_at = self.by_name["CLRX"].offset, self.by_name["CLRV"].offset
+        index, values, chunks = self.array("CLRX", "I"), self.array("CLRV", "b"), self.array("CLRC", "i")
+        index_at, values_at, chunks_at = (self.by_name[n].offset for n in self.CLEARANCE)
         following = FIRST
         for n, entry in enumerate(index):
-            if entry == following:
-                following += 1
-            elif entry not in (FREE, INTERIOR) or entry != self.root[n]:
-                raise Broken("M501", "CLRX", index_at + 4 * n, f"entry {entry} of chunk {n}, which is {self.root[n]} in ROOT")
+            around = self.root_around(n)
+            expected = around.pop() if len(around) == 1 and around < {FREE, INTERIOR} else following
+            if entry != expected:
+                raise Broken("M501", "CLRX", index_at + 4 * n, f"entry {entry} of chunk {n} is not {expected}")
+            following += entry == following
         if following - FIRST != self.by_name["CLRV"].count:
             raise Broken("M501", "CLRX", index_at, f"{following - FIRST} elements of CLRV numbered")
         for n, entry in enumerate(index):
@@ -388,8 +391,20 @@ class Voxmap(Asset):
                 least, most = (1, 127) if state == FREE else (-127, -1) if state == INTERIOR else (0, 0)
                 if not least <= value <= most:
                     raise Broken("M502", "CLRV", values_at + first + b, f"clearance {value} where the state is {state}")
-            if set(values[first:first + 4096]) in ({127}, {-127}):
-                raise Broken("M503", "CLRV", values_at + first, f"clearance of chunk {n} is beyond throughout")
+        for n, (entry, value) in enumerate(zip(index, chunks)):
+            least, most = (96, 4096) if entry == FREE else (-4096, -96) if entry == INTERIOR else (0, 0)
+            if not least <= value <= most:
+                raise Broken("M503", "CLRC", chunks_at + 4 * n, f"clearance {value} of chunk {n}, whose entry is {entry}")
+
+    def root_around(self, chunk):
+        """The different ROOT entries of a chunk and the 26 around it."""
+        at = (chunk // self.dims[2] // self.dims[1], chunk // self.dims[2] % self.dims[1], chunk % self.dims[2])
+        found = set()
+        for step in itertools.product((-1, 0, 1), repeat=3):
+            i, j, k = (a + s for a, s in zip(at, step))
+            inside = all(0 <= a < d for a, d in zip((i, j, k), self.dims))
+            found.add(self.root[(i * self.dims[1] + j) * self.dims[2] + k] if inside else FREE)
+        return found
 
     def state_around_center(self, n, block):
         """State of the eight cells around the centre of a block of chunk n, SURFACE where they differ."""

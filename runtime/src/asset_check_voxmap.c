@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-enum { GRID, ROOT, CHNK, BRIK, LAYR, DIST, CLRX, CLRV, KNOWN, FIRST_OPTIONAL = LAYR };
+enum { GRID, ROOT, CHNK, BRIK, LAYR, DIST, CLRX, CLRV, CLRC, KNOWN, FIRST_OPTIONAL = LAYR };
 
 static const struct {
     uint32_t id, stride;
@@ -21,6 +21,7 @@ static const struct {
     {VXS_VOXMAP_SECTION_DIST, 1024},
     {VXS_VOXMAP_SECTION_CLRX, 4},
     {VXS_VOXMAP_SECTION_CLRV, VXS_VOXMAP_CLEARANCE_BLOCKS},
+    {VXS_VOXMAP_SECTION_CLRC, 4},
 };
 
 static const int64_t cell_limit = VXS_VOXMAP_MAX_INDEX;
@@ -63,7 +64,7 @@ static vxs_result check_sections(map_check *m)
         if (!m->section[n]) continue;
         if (m->section[n] != next)
             return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", next,
-                                     "LAYR, DIST, CLRX or CLRV is out of order");
+                                     "LAYR, DIST, CLRX, CLRV or CLRC is out of order");
         next++;
     }
     for (int n = 0; n < KNOWN; n++) {
@@ -77,10 +78,16 @@ static vxs_result check_sections(map_check *m)
             return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M103", m->section[n],
                                      "not one element per brick");
     }
-    const vxs_container_section *index = m->section[CLRX], *values = m->section[CLRV];
-    if (!index != !values || (index && index->count != m->section[ROOT]->count))
-        return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M104", index ? index : values,
-                                 "CLRX and CLRV are not both there, or not one entry per chunk of the box");
+    const vxs_container_section *index = m->section[CLRX], *values = m->section[CLRV],
+                                *chunks = m->section[CLRC],
+                                *there = index    ? index
+                                         : values ? values
+                                                  : chunks;
+    const uint64_t entries = m->section[ROOT]->count;
+    if (there && !(index && values && chunks && index->count == entries && chunks->count == entries))
+        return vxsi_refuse_entry(
+            m->check, VXS_CORRUPT, "M104", there,
+            "CLRX, CLRV and CLRC are not all there, or not one entry per chunk of the box");
     return VXS_OK;
 }
 
@@ -412,7 +419,6 @@ static uint32_t state_at_center(const map_check *m, const uint32_t relative[3])
 static vxs_result check_clearances(const map_check *m, uint64_t element, const uint32_t chunk[3])
 {
     const int8_t *values = (const int8_t *)bytes_of(m, CLRV) + element * VXS_VOXMAP_CLEARANCE_BLOCKS;
-    uint32_t beyond[2] = {0, 0};
     for (uint32_t block = 0; block < VXS_VOXMAP_CLEARANCE_BLOCKS; block++) {
         const uint32_t cell[3] = {chunk[0] * 64 + (block >> 8) * 4, chunk[1] * 64 + (block >> 4 & 15u) * 4,
                                   chunk[2] * 64 + (block & 15u) * 4};
@@ -422,34 +428,63 @@ static vxs_result check_clearances(const map_check *m, uint64_t element, const u
         if (!fits || value < -VXS_VOXMAP_CLEARANCE_BEYOND)
             return refuse_at(m, "M502", CLRV, element * VXS_VOXMAP_CLEARANCE_BLOCKS + block,
                              "a clearance does not fit the cells around its block's centre");
-        beyond[0] += value == VXS_VOXMAP_CLEARANCE_BEYOND;
-        beyond[1] += value == -VXS_VOXMAP_CLEARANCE_BEYOND;
     }
-    if (beyond[0] == VXS_VOXMAP_CLEARANCE_BLOCKS || beyond[1] == VXS_VOXMAP_CLEARANCE_BLOCKS)
-        return refuse_at(m, "M503", CLRV, element * VXS_VOXMAP_CLEARANCE_BLOCKS,
-                         "a chunk's clearances are beyond throughout");
     return VXS_OK;
+}
+
+/* The root entry that a chunk and the 26 around it share, VXS_VOXMAP_ENTRY_FIRST if they do not or are not
+ * uniform. Outside the box all is free. */
+static uint32_t entry_around(const map_check *m, const uint32_t chunk[3])
+{
+    const uint32_t *dims = m->grid->root_dims;
+    uint32_t own = m->root[((uint64_t)chunk[0] * dims[1] + chunk[1]) * dims[2] + chunk[2]];
+    for (uint32_t n = 0; own < VXS_VOXMAP_ENTRY_FIRST && n < 27; n++) {
+        const uint32_t at[3] = {chunk[0] + n / 9 - 1, chunk[1] + n / 3 % 3 - 1, chunk[2] + n % 3 - 1};
+        uint32_t entry = VXS_CELL_FREE;
+        if (at[0] < dims[0] && at[1] < dims[1] && at[2] < dims[2])
+            entry = m->root[((uint64_t)at[0] * dims[1] + at[1]) * dims[2] + at[2]];
+        if (entry != own) return VXS_VOXMAP_ENTRY_FIRST;
+    }
+    return own;
+}
+
+static void chunk_of(const map_check *m, uint64_t n, uint32_t chunk[3])
+{
+    const uint32_t *dims = m->grid->root_dims;
+    chunk[0] = (uint32_t)(n / dims[2] / dims[1]);
+    chunk[1] = (uint32_t)(n / dims[2] % dims[1]);
+    chunk[2] = (uint32_t)(n % dims[2]);
 }
 
 static vxs_result check_clearance(const map_check *m)
 {
-    const uint32_t *index = bytes_of(m, CLRX), *dims = m->grid->root_dims;
+    const uint32_t *index = bytes_of(m, CLRX);
+    const int32_t *chunks = bytes_of(m, CLRC);
     if (!index) return VXS_OK;
     uint64_t next = 0, count = m->section[CLRX]->count;
     for (uint64_t n = 0; n < count; n++) {
-        int fits = take_entry(index[n], &next);
-        if (!fits || (index[n] < VXS_VOXMAP_ENTRY_FIRST && index[n] != m->root[n]))
+        uint32_t chunk[3];
+        chunk_of(m, n, chunk);
+        uint32_t around = entry_around(m, chunk);
+        if (around < VXS_VOXMAP_ENTRY_FIRST
+                ? index[n] != around
+                : index[n] < VXS_VOXMAP_ENTRY_FIRST || !take_entry(index[n], &next))
             return refuse_at(m, "M501", CLRX, n * 4,
-                             "not the state of its chunk, and not the next clearances");
+                             "not the state of the chunk and all around it, and not the next clearances");
     }
     if (next != m->section[CLRV]->count)
         return refuse_at(m, "M501", CLRX, 0, "not as many clearances as entries for them");
     for (uint64_t n = 0; n < count; n++) {
-        const uint32_t chunk[3] = {(uint32_t)(n / dims[2] / dims[1]), (uint32_t)(n / dims[2] % dims[1]),
-                                   (uint32_t)(n % dims[2])};
+        uint32_t chunk[3];
         if (index[n] < VXS_VOXMAP_ENTRY_FIRST) continue;
+        chunk_of(m, n, chunk);
         vxs_result result = check_clearances(m, index[n] - VXS_VOXMAP_ENTRY_FIRST, chunk);
         if (result != VXS_OK) return result;
+    }
+    for (uint64_t n = 0; n < count; n++) {
+        int64_t value = index[n] == VXS_CELL_INTERIOR ? -(int64_t)chunks[n] : chunks[n];
+        if (index[n] < VXS_VOXMAP_ENTRY_FIRST ? value < VXS_VOXMAP_CLEARANCE_LEAST || value > VXS_VOXMAP_CLEARANCE_MOST : value != 0)
+            return refuse_at(m, "M503", CLRC, n * 4, "a chunk's clearance does not fit its entry of CLRX");
     }
     return VXS_OK;
 }

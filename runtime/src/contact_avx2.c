@@ -212,25 +212,24 @@ __attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, co
     found->chunk = chunk;
 }
 
-/* The clearance of the cells' blocks, [half cells] with its sign. */
-VXSI_AVX2 __m256i clearances(const vxs_voxmap *map, const __m256i c[3])
+/* The clearance at the cells; *low: the bits of a cell within the cube that it is of. */
+VXSI_AVX2 __m256 clearances(const vxs_voxmap *map, const __m256i c[3], __m256i *low)
 {
-    __m256i index = root_index(map, c), all = _mm256_set1_epi32(-1);
-    __m256i entry = gather(all, map->clearance_index, index, all);
-    __m256i lanes = is_index(entry);
-    const __m256i beyond = _mm256_set1_epi32(VXS_VOXMAP_CLEARANCE_BEYOND);
-    __m256i uniform = _mm256_blendv_epi8(beyond, _mm256_sub_epi32(_mm256_setzero_si256(), beyond),
-                                         _mm256_cmpeq_epi32(entry, _mm256_set1_epi32(VXS_CELL_INTERIOR)));
-    if (!lanes_of(lanes)) return uniform;
+    const __m256i all = _mm256_set1_epi32(-1), index = root_index(map, c);
+    const __m256i entry = gather(all, map->clearance_index, index, all), lanes = is_index(entry);
+    __m256 value = _mm256_setzero_ps();
+    *low = _mm256_blendv_epi8(_mm256_set1_epi32(VXS_VOXMAP_CHUNK_CELLS - 1), _mm256_set1_epi32(3), lanes);
+    if (lanes_of(lanes) != 0xFF) value = _mm256_cvtepi32_ps(gather(all, map->clearance_chunks, index, all));
+    if (!lanes_of(lanes)) return value;
     __m256i block = _mm256_or_si256(_mm256_or_si256(_mm256_slli_epi32(low_bits(c[0], 2, 15), 8),
                                                     _mm256_slli_epi32(low_bits(c[1], 2, 15), 4)),
                                     low_bits(c[2], 2, 15));
     __m256i word = gather(_mm256_setzero_si256(), map->clearance,
                           _mm256_add_epi32(first_of(entry, 10), _mm256_srli_epi32(block, 2)), lanes);
     /* The byte to the top, then down again with its sign. */
-    __m256i up = _mm256_slli_epi32(_mm256_sub_epi32(_mm256_set1_epi32(3), low_bits(block, 0, 3)), 3);
-    __m256i value = _mm256_srai_epi32(_mm256_sllv_epi32(word, up), 24);
-    return _mm256_blendv_epi8(uniform, value, lanes);
+    __m256i up = _mm256_slli_epi32(_mm256_sub_epi32(_mm256_set1_epi32(3), masked(block, 3)), 3);
+    __m256 half = _mm256_cvtepi32_ps(_mm256_srai_epi32(_mm256_sllv_epi32(word, up), 24));
+    return _mm256_blendv_ps(value, _mm256_mul_ps(half, _mm256_set1_ps(0.5f)), _mm256_castsi256_ps(lanes));
 }
 
 __attribute__((target("avx2"))) static void cull_avx2(const vxs_voxmap *map, const vxsi_spheres *spheres,
@@ -242,34 +241,35 @@ __attribute__((target("avx2"))) static void cull_avx2(const vxs_voxmap *map, con
         vxsi_cull_scalar(map, spheres, first, wanted, motion, verdict);
         return;
     }
+    const __m256 zero = _mm256_setzero_ps();
     for (uint32_t n = 0; n < VXSI_BATCH; n += 8) {
         if (!(wanted >> n & 0xFFu)) continue;
         const uint32_t s = first + n;
-        __m256 u[3], square = _mm256_setzero_ps();
-        __m256i c[3];
+        __m256 u[3], inside[3], square = zero;
+        __m256i c[3], low;
         place(motion, _mm256_loadu_ps(spheres->x + s), _mm256_loadu_ps(spheres->y + s),
               _mm256_loadu_ps(spheres->z + s), u);
         for (int axis = 0; axis < 3; axis++) {
             /* max and min give their second operand for a NaN */
-            __m256 inside = _mm256_min_ps(_mm256_max_ps(u[axis], _mm256_setzero_ps()),
-                                          _mm256_set1_ps((float)map->cells[axis]));
-            c[axis] =
-                _mm256_min_epi32(_mm256_cvttps_epi32(inside), _mm256_set1_epi32((int)map->cells[axis] - 1));
-            __m256i center =
-                _mm256_add_epi32(_mm256_andnot_si256(_mm256_set1_epi32(3), c[axis]), _mm256_set1_epi32(2));
-            __m256 away = _mm256_sub_ps(inside, _mm256_cvtepi32_ps(center));
+            inside[axis] =
+                _mm256_min_ps(_mm256_max_ps(u[axis], zero), _mm256_set1_ps((float)map->cells[axis]));
+            c[axis] = _mm256_min_epi32(_mm256_cvttps_epi32(inside[axis]),
+                                       _mm256_set1_epi32((int)map->cells[axis] - 1));
+        }
+        const __m256 value = clearances(map, c, &low);
+        const __m256i half = _mm256_srli_epi32(_mm256_add_epi32(low, _mm256_set1_epi32(1)), 1);
+        for (int axis = 0; axis < 3; axis++) {
+            __m256i center = _mm256_add_epi32(_mm256_andnot_si256(low, c[axis]), half);
+            __m256 away = _mm256_sub_ps(inside[axis], _mm256_cvtepi32_ps(center));
             square = _mm256_add_ps(square, _mm256_mul_ps(away, away));
         }
-        __m256i value = clearances(map, c);
         __m256 reach =
             _mm256_add_ps(_mm256_mul_ps(_mm256_loadu_ps(spheres->radius + s), _mm256_set1_ps(motion->scale)),
                           _mm256_set1_ps(motion->margin));
-        __m256 left =
-            _mm256_sub_ps(_mm256_mul_ps(_mm256_cvtepi32_ps(_mm256_abs_epi32(value)), _mm256_set1_ps(0.5f)),
-                          _mm256_add_ps(_mm256_sqrt_ps(square), reach));
-        uint64_t is_clear =
-            lanes_of(_mm256_castps_si256(_mm256_cmp_ps(left, _mm256_setzero_ps(), _CMP_GE_OQ)));
-        uint64_t is_outside = lanes_of(_mm256_cmpgt_epi32(value, _mm256_setzero_si256()));
+        __m256 left = _mm256_sub_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0f), value),
+                                    _mm256_add_ps(_mm256_sqrt_ps(square), reach));
+        uint64_t is_clear = lanes_of(_mm256_castps_si256(_mm256_cmp_ps(left, zero, _CMP_GE_OQ)));
+        uint64_t is_outside = lanes_of(_mm256_castps_si256(_mm256_cmp_ps(value, zero, _CMP_GT_OQ)));
         _mm256_storeu_ps(verdict->slack + n, left);
         verdict->is_free |= (is_clear & is_outside) << n;
         verdict->is_deep |= (is_clear & ~is_outside) << n;

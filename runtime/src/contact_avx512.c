@@ -206,13 +206,15 @@ VXSI_TARGET static void probe_avx512(const vxs_voxmap *map, const vxs_pointshell
     found->chunk = chunk;
 }
 
-/* The clearance of the cells' blocks, [half cells] with its sign. */
-VXSI_AVX512 __m512i clearances(const vxs_voxmap *map, const __m512i c[3])
+/* The clearance at the cells; *low: the bits of a cell within the cube that it is of. */
+VXSI_AVX512 __m512 clearances(const vxs_voxmap *map, const __m512i c[3], __m512i *low)
 {
-    __m512i entry = _mm512_i32gather_epi32(root_index(map, c), map->clearance_index, 4);
-    __mmask16 lanes = is_index(entry), deep = _mm512_cmpeq_epi32_mask(entry, all(VXS_CELL_INTERIOR));
-    const __m512i beyond = all(VXS_VOXMAP_CLEARANCE_BEYOND);
-    __m512i value = _mm512_mask_sub_epi32(beyond, deep, _mm512_setzero_si512(), beyond);
+    const __m512i index = root_index(map, c);
+    const __m512i entry = _mm512_i32gather_epi32(index, map->clearance_index, 4);
+    const __mmask16 lanes = is_index(entry);
+    __m512 value = _mm512_setzero_ps();
+    *low = _mm512_mask_mov_epi32(all(VXS_VOXMAP_CHUNK_CELLS - 1), lanes, all(3));
+    if (lanes != 0xFFFF) value = _mm512_cvtepi32_ps(_mm512_i32gather_epi32(index, map->clearance_chunks, 4));
     if (!lanes) return value;
     __m512i block = all(0);
     for (int axis = 0; axis < 3; axis++)
@@ -222,7 +224,8 @@ VXSI_AVX512 __m512i clearances(const vxs_voxmap *map, const __m512i c[3])
                           _mm512_add_epi32(first_of(entry, 10), _mm512_srli_epi32(block, 2)));
     /* The byte to the top, then down again with its sign. */
     __m512i up = _mm512_slli_epi32(_mm512_andnot_si512(block, all(3)), 3);
-    return _mm512_mask_srai_epi32(value, lanes, _mm512_sllv_epi32(word, up), 24);
+    __m512 half = _mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_sllv_epi32(word, up), 24));
+    return _mm512_mask_mul_ps(value, lanes, half, _mm512_set1_ps(0.5f));
 }
 
 VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first,
@@ -233,32 +236,34 @@ VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *s
         vxsi_cull_scalar(map, spheres, first, wanted, motion, verdict);
         return;
     }
+    const __m512 zero = _mm512_setzero_ps();
     for (uint32_t n = 0; n < VXSI_BATCH; n += VXSI_LANES) {
         if (!(wanted >> n & 0xFFFFu)) continue;
         const uint32_t s = first + n;
         const __m512 at[3] = {_mm512_loadu_ps(spheres->x + s), _mm512_loadu_ps(spheres->y + s),
                               _mm512_loadu_ps(spheres->z + s)};
-        __m512 u[3], square = _mm512_setzero_ps();
-        __m512i c[3];
+        __m512 u[3], inside[3], square = zero;
+        __m512i c[3], low;
         place(motion, at, u);
         for (int axis = 0; axis < 3; axis++) {
             /* max and min give their second operand for a NaN */
-            __m512 inside = _mm512_min_ps(_mm512_max_ps(u[axis], _mm512_setzero_ps()),
-                                          _mm512_set1_ps((float)map->cells[axis]));
-            c[axis] = _mm512_min_epi32(_mm512_cvttps_epi32(inside), all(map->cells[axis] - 1));
-            __m512i center = _mm512_add_epi32(_mm512_andnot_si512(all(3), c[axis]), all(2));
-            __m512 away = _mm512_sub_ps(inside, _mm512_cvtepi32_ps(center));
+            inside[axis] =
+                _mm512_min_ps(_mm512_max_ps(u[axis], zero), _mm512_set1_ps((float)map->cells[axis]));
+            c[axis] = _mm512_min_epi32(_mm512_cvttps_epi32(inside[axis]), all(map->cells[axis] - 1));
+        }
+        const __m512 value = clearances(map, c, &low);
+        const __m512i half = _mm512_srli_epi32(_mm512_add_epi32(low, all(1)), 1);
+        for (int axis = 0; axis < 3; axis++) {
+            __m512i center = _mm512_add_epi32(_mm512_andnot_si512(low, c[axis]), half);
+            __m512 away = _mm512_sub_ps(inside[axis], _mm512_cvtepi32_ps(center));
             square = _mm512_add_ps(square, _mm512_mul_ps(away, away));
         }
-        __m512i value = clearances(map, c);
         __m512 reach =
             _mm512_add_ps(_mm512_mul_ps(_mm512_loadu_ps(spheres->radius + s), _mm512_set1_ps(motion->scale)),
                           _mm512_set1_ps(motion->margin));
-        __m512 left =
-            _mm512_sub_ps(_mm512_mul_ps(_mm512_cvtepi32_ps(_mm512_abs_epi32(value)), _mm512_set1_ps(0.5f)),
-                          _mm512_add_ps(_mm512_sqrt_ps(square), reach));
-        uint64_t is_clear = _mm512_cmp_ps_mask(left, _mm512_setzero_ps(), _CMP_GE_OQ);
-        uint64_t is_outside = _mm512_cmpgt_epi32_mask(value, _mm512_setzero_si512());
+        __m512 left = _mm512_sub_ps(_mm512_abs_ps(value), _mm512_add_ps(_mm512_sqrt_ps(square), reach));
+        uint64_t is_clear = _mm512_cmp_ps_mask(left, zero, _CMP_GE_OQ);
+        uint64_t is_outside = _mm512_cmp_ps_mask(value, zero, _CMP_GT_OQ);
         _mm512_storeu_ps(verdict->slack + n, left);
         verdict->is_free |= (is_clear & is_outside) << n;
         verdict->is_deep |= (is_clear & ~is_outside) << n;

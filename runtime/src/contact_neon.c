@@ -179,30 +179,35 @@ static void cull_neon(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
     for (uint32_t n = 0; n < VXSI_BATCH; n += 4) {
         if (!(wanted >> n & 0xFu)) continue;
         const uint32_t s = first + n;
-        float32x4_t u[3], square = zero;
-        uint32_t cells[3][4];
+        float32x4_t u[3], inside[3], square = zero;
+        uint32x4_t c[3];
+        uint32_t cells[3][4], sizes[4];
+        float clearance[4];
         place(motion, vld1q_f32(spheres->x + s), vld1q_f32(spheres->y + s), vld1q_f32(spheres->z + s), u);
         for (int axis = 0; axis < 3; axis++) {
             /* Not max and min: a NaN becomes 0. */
             const float32x4_t extent = vdupq_n_f32((float)map->cells[axis]);
-            float32x4_t inside = vbslq_f32(vcgtq_f32(u[axis], zero), u[axis], zero);
-            inside = vbslq_f32(vcltq_f32(inside, extent), inside, extent);
-            uint32x4_t c = vminq_u32(vcvtq_u32_f32(inside), vdupq_n_u32(map->cells[axis] - 1));
-            vst1q_u32(cells[axis], c);
-            uint32x4_t center = vaddq_u32(vbicq_u32(c, vdupq_n_u32(3)), vdupq_n_u32(2));
-            float32x4_t away = vsubq_f32(inside, vcvtq_f32_u32(center));
+            inside[axis] = vbslq_f32(vcgtq_f32(u[axis], zero), u[axis], zero);
+            inside[axis] = vbslq_f32(vcltq_f32(inside[axis], extent), inside[axis], extent);
+            c[axis] = vminq_u32(vcvtq_u32_f32(inside[axis]), vdupq_n_u32(map->cells[axis] - 1));
+            vst1q_u32(cells[axis], c[axis]);
+        }
+        for (int lane = 0; lane < 4; lane++)
+            clearance[lane] =
+                vxs_voxmap_clearance(map, cells[0][lane], cells[1][lane], cells[2][lane], &sizes[lane]);
+        const float32x4_t value = vld1q_f32(clearance);
+        const uint32x4_t size = vld1q_u32(sizes);
+        for (int axis = 0; axis < 3; axis++) {
+            uint32x4_t center =
+                vaddq_u32(vbicq_u32(c[axis], vsubq_u32(size, vdupq_n_u32(1))), vshrq_n_u32(size, 1));
+            float32x4_t away = vsubq_f32(inside[axis], vcvtq_f32_u32(center));
             square = vaddq_f32(square, vmulq_f32(away, away));
         }
-        int32_t clearance[4];
-        for (int lane = 0; lane < 4; lane++)
-            clearance[lane] = vxs_voxmap_clearance(map, cells[0][lane], cells[1][lane], cells[2][lane]);
-        int32x4_t value = vld1q_s32(clearance);
         float32x4_t reach = vaddq_f32(vmulq_n_f32(vld1q_f32(spheres->radius + s), motion->scale),
                                       vdupq_n_f32(motion->margin));
-        float32x4_t left = vsubq_f32(vmulq_n_f32(vcvtq_f32_s32(vabsq_s32(value)), 0.5f),
-                                     vaddq_f32(vsqrtq_f32(square), reach));
+        float32x4_t left = vsubq_f32(vabsq_f32(value), vaddq_f32(vsqrtq_f32(square), reach));
         uint64_t is_clear = lanes_of(vcgeq_f32(left, zero));
-        uint64_t is_outside = lanes_of(vcgtq_s32(value, vdupq_n_s32(0)));
+        uint64_t is_outside = lanes_of(vcgtq_f32(value, zero));
         vst1q_f32(verdict->slack + n, left);
         verdict->is_free |= (is_clear & is_outside) << n;
         verdict->is_deep |= (is_clear & ~is_outside) << n;

@@ -19,23 +19,24 @@ void vxsi_cull_scalar(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
     for (uint32_t n = 0; n < VXSI_BATCH; n++) {
         if (!(wanted >> n & 1u)) continue;
         uint32_t s = first + n;
-        uint32_t cell[3];
-        float square = 0;
+        uint32_t cell[3], size;
+        float at[3], square = 0;
         for (int axis = 0; axis < 3; axis++) {
             float u =
                 to_cells(motion->m + 3 * axis, motion->b[axis], spheres->x[s], spheres->y[s], spheres->z[s]);
             /* Outside the box the nearest point of the box is no farther from any cell. */
             float extent = (float)map->cells[axis];
             u = u > 0 ? u : 0; /* a NaN becomes 0: refused before */
-            u = u < extent ? u : extent;
-            uint32_t at = (uint32_t)u;
-            cell[axis] = at < map->cells[axis] ? at : map->cells[axis] - 1;
-            float away = u - (float)((cell[axis] & ~3u) + 2);
+            at[axis] = u < extent ? u : extent;
+            uint32_t found = (uint32_t)at[axis];
+            cell[axis] = found < map->cells[axis] ? found : map->cells[axis] - 1;
+        }
+        float value = vxs_voxmap_clearance(map, cell[0], cell[1], cell[2], &size);
+        for (int axis = 0; axis < 3; axis++) {
+            float away = at[axis] - (float)((cell[axis] & ~(size - 1)) + size / 2);
             square += away * away;
         }
-        int value = vxs_voxmap_clearance(map, cell[0], cell[1], cell[2]);
-        float left = (float)(value < 0 ? -value : value) * 0.5f -
-                     (sqrtf(square) + (spheres->radius[s] * motion->scale + motion->margin));
+        float left = fabsf(value) - (sqrtf(square) + (spheres->radius[s] * motion->scale + motion->margin));
         verdict->slack[n] = left;
         if (!(left >= 0)) continue;
         if (value > 0)

@@ -32,6 +32,7 @@ vxs_result vxs_voxmap_open(const vxs_asset *asset, vxs_voxmap *out)
     out->distances = bytes_of(asset, VXS_VOXMAP_SECTION_DIST, NULL);
     out->clearance_index = bytes_of(asset, VXS_VOXMAP_SECTION_CLRX, NULL);
     out->clearance = bytes_of(asset, VXS_VOXMAP_SECTION_CLRV, &out->clearance_count);
+    out->clearance_chunks = bytes_of(asset, VXS_VOXMAP_SECTION_CLRC, NULL);
     out->surface_cells = grid->surface_cells;
     out->interior_cells = grid->interior_cells;
     out->layer_count = grid->layer_count;

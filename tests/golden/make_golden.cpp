@@ -33,10 +33,10 @@ Bytes one_cell()
 }
 
 /// Every kind of entry: a solid chunk, a solid brick, free bricks, one brick of its own; negative cells.
-Bytes uniform_with(bool clearance)
+VoxmapFile uniform_cells()
 {
     VoxmapFile file;
-    file.clearance = clearance;
+    file.clearance = false;
     file.meta = meta;
     file.source_hash = sha256({});
     Cells &cells = file.cells;
@@ -55,17 +55,26 @@ Bytes uniform_with(bool clearance)
     cells.min = {-64, 0, 64};
     cells.max = {-1, 63, 143};
     cells.closed = true;
-    return voxmap_bytes(file);
+    return file;
 }
 
 Bytes uniform()
 {
-    return uniform_with(false);
+    return voxmap_bytes(uniform_cells());
 }
 
+/// The same with a brick four chunks farther, so that one of the chunks between is far from both.
 Bytes clearance()
 {
-    return uniform_with(true);
+    VoxmapFile file = uniform_cells();
+    file.clearance = true;
+    Brick brick;
+    brick.at = {0, 0, 40};
+    brick.surface[0] = 1;
+    file.cells.bricks.push_back(brick);
+    file.cells.surface_cells += 1;
+    file.cells.max[2] = 64 + 8 * 40;
+    return voxmap_bytes(file);
 }
 
 /// Layers and distances around one cell, over a brick that is free itself.
@@ -147,12 +156,9 @@ Bytes two_clusters()
 const struct {
     const char *name;
     Bytes (*make)();
-} goldens[] = {{"one_cell.voxmap", one_cell},
-               {"uniform.voxmap", uniform},
-               {"clearance.voxmap", clearance},
-               {"channels.voxmap", channels},
-               {"one_point.pointshell", one_point},
-               {"two_clusters.pointshell", two_clusters}};
+} goldens[] = {{"one_cell.voxmap", one_cell},       {"uniform.voxmap", uniform},
+               {"clearance.voxmap", clearance},     {"channels.voxmap", channels},
+               {"one_point.pointshell", one_point}, {"two_clusters.pointshell", two_clusters}};
 
 Bytes file_bytes(const std::filesystem::path &path)
 {

@@ -167,19 +167,6 @@ def second_chunk(d):
     d.bytes_of("CHNK").extend(struct.pack("<I", 2) * 512)
 
 
-def beyond_throughout(d):
-    """A chunk far from the others whose clearances say what 0 in CLRX says."""
-    grid("dims", 4, 2)(d)
-    resize("ROOT", 16)(d)
-    resize("CLRX", 16)(d)
-    d.bytes_of("ROOT")[12:] = struct.pack("<I", 2)  # so that the box is as small as chunks allow
-    grid("interior", 262660 + 64**3)(d)
-    grid("max", 64 * 5 - 1, 2)(d)
-    for n in (2, 3):
-        value("CLRX", "I", n, 4 + n)(d)
-        d.bytes_of("CLRV").extend(bytes([127 if n == 2 else 129]) * 4096)
-
-
 def second_brick(state_byte):
     def edit(d):
         value("CHNK", "I", 1, 5)(d)
@@ -246,7 +233,9 @@ CASES = [
     ("M103", CHANNELS, resize("DIST", 3072)),
     ("M104", CLEARANCE, drop("CLRX")),
     ("M104", CLEARANCE, drop("CLRV")),
+    ("M104", CLEARANCE, drop("CLRC")),
     ("M104", CLEARANCE, resize("CLRX", 12)),
+    ("M104", CLEARANCE, resize("CLRC", 12)),
     ("M101", CLEARANCE, swap(4, 5)),
     ("M102", CLEARANCE, restride("CLRV", 2048)),
     ("M201", MAP, grid("voxel", NAN)),
@@ -313,11 +302,15 @@ CASES = [
     ("M501", CLEARANCE, value("CLRX", "I", 0, 3)),
     ("M501", CLEARANCE, value("CLRX", "I", 0, 5)),
     ("M501", CLEARANCE, resize("CLRV", 4096)),
+    ("M501", CLEARANCE, value("CLRX", "I", 3, 7)),
     ("M502", CLEARANCE, value("CLRV", "b", 0, 0)),
     ("M502", CLEARANCE, value("CLRV", "b", 2000, 1)),
     ("M502", CLEARANCE, value("CLRV", "b", 2000, -128)),
     ("M502", CLEARANCE, value("CLRV", "b", 8191, -1)),
-    ("M503", CLEARANCE, beyond_throughout),
+    ("M503", CLEARANCE, value("CLRC", "i", 3, 95)),
+    ("M503", CLEARANCE, value("CLRC", "i", 3, 4097)),
+    ("M503", CLEARANCE, value("CLRC", "i", 3, -96)),
+    ("M503", CLEARANCE, value("CLRC", "i", 0, 96)),
     ("S101", POINT, swap(1, 2)),
     ("S101", POINT, drop("CLUS")),
     ("S101", SHELL, insert(7, "XTRA")),

@@ -39,8 +39,9 @@ void verify_clearance(const fs::path &path, const AssetFile &file)
     if (!map.clearance_index) return;
     const Clearance right = clearance(map);
     if (!std::equal(right.index.begin(), right.index.end(), map.clearance_index) || right.values.size() != map.clearance_count ||
-        !std::equal(right.values.begin(), right.values.end(), reinterpret_cast<const Clearance::Values *>(map.clearance)))
-        throw Failure(ExitCode::invalid, path.string(), "CLRV: the clearance is not that of the cells; convert the part again");
+        !std::equal(right.values.begin(), right.values.end(), reinterpret_cast<const Clearance::Values *>(map.clearance)) ||
+        !std::equal(right.chunks.begin(), right.chunks.end(), map.clearance_chunks))
+        throw Failure(ExitCode::invalid, path.string(), "CLRX, CLRV, CLRC: the clearance is not that of the cells; convert the part again");
 }
 
 VerifiedAsset verify_vdb(const fs::path &path)

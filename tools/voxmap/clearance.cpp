@@ -386,6 +386,52 @@ std::uint32_t state_around(const Obstacles &o, const std::array<std::int64_t, 3>
     return own;
 }
 
+/// Squared distances [cells] from the centres of chunks to the nearest one (a closed box) whose root entry is
+/// not `open`, axis by axis; no more than just beyond VXS_VOXMAP_CLEARANCE_MOST.
+std::vector<std::int32_t> squared_from_others(const vxs_voxmap &map, std::uint32_t open)
+{
+    constexpr std::int32_t beyond = VXS_VOXMAP_CLEARANCE_MOST * VXS_VOXMAP_CLEARANCE_MOST + 1;
+    const std::int32_t outside = open == VXS_CELL_FREE ? beyond : 0;
+    const std::array<std::size_t, 3> dims{map.root_dims[0], map.root_dims[1], map.root_dims[2]},
+        stride{dims[1] * dims[2], dims[2], 1};
+    std::vector<std::int32_t> squared(dims[0] * stride[0]);
+    for (std::size_t n = 0; n < squared.size(); ++n) squared[n] = map.root[n] == open ? beyond : 0;
+    for (const std::size_t axis : {2u, 1u, 0u}) {
+        const std::size_t count = dims[axis], step = stride[axis];
+        tbb::parallel_for(std::size_t{0}, squared.size() / count, [&](std::size_t line) {
+            std::int32_t *const at = squared.data() + line / step * step * count + line % step;
+            std::vector<std::int32_t> before(count);
+            for (std::size_t n = 0; n < count; ++n) before[n] = at[n * step];
+            for (std::size_t n = 0; n < count; ++n)
+                for (std::size_t away = 1;; ++away) {
+                    const auto gap = static_cast<std::int32_t>(64 * away - 32);
+                    if (gap * gap >= at[n * step]) break;
+                    const std::int32_t low = away <= n ? before[n - away] : outside,
+                                       high = n + away < count ? before[n + away] : outside;
+                    at[n * step] = std::min(at[n * step], std::min(low, high) + gap * gap);
+                }
+        });
+    }
+    return squared;
+}
+
+/// CLRC for these entries of CLRX.
+std::vector<std::int32_t> chunk_clearances(const vxs_voxmap &map, const std::vector<std::uint32_t> &index)
+{
+    std::vector<std::int32_t> out(index.size());
+    for (const std::uint32_t open : {VXS_CELL_FREE, VXS_CELL_INTERIOR}) {
+        if (std::ranges::find(index, open) == index.end()) continue;
+        const std::vector<std::int32_t> squared = squared_from_others(map, open);
+        for (std::size_t n = 0; n < out.size(); ++n) {
+            if (index[n] != open) continue;
+            // The square root is correctly rounded, so the floor is that of the true root.
+            const auto cells = static_cast<std::int32_t>(std::sqrt(static_cast<double>(squared[n])));
+            out[n] = open == VXS_CELL_FREE ? cells : -cells;
+        }
+    }
+    return out;
+}
+
 } // namespace
 
 Clearance clearance(const vxs_voxmap &map, Progress *watched)
@@ -403,7 +449,9 @@ Clearance clearance(const vxs_voxmap &map, Progress *watched)
     std::vector<std::size_t> near;
     for (std::size_t n = 0; n < out.index.size(); ++n) {
         out.index[n] = state_around(chunks, place(n));
-        if (out.index[n] == VXS_VOXMAP_ENTRY_FIRST) near.push_back(n);
+        if (out.index[n] != VXS_VOXMAP_ENTRY_FIRST) continue;
+        out.index[n] += static_cast<std::uint32_t>(near.size());
+        near.push_back(n);
     }
     out.values.resize(near.size());
     tbb::enumerable_thread_specific<std::unique_ptr<Fields>> fields(
@@ -416,22 +464,7 @@ Clearance clearance(const vxs_voxmap &map, Progress *watched)
         for (std::size_t b = 0; b < values.size(); ++b)
             if (inside[b]) values[b] = static_cast<std::int8_t>(-inside[b]);
     });
-    // A chunk that is beyond throughout needs no values.
-    std::size_t kept = 0;
-    for (std::size_t n = 0; n < near.size(); ++n) {
-        const auto all = [&](int v) {
-            return std::ranges::all_of(out.values[n], [v](std::int8_t own) { return own == v; });
-        };
-        if (all(VXS_VOXMAP_CLEARANCE_BEYOND)) {
-            out.index[near[n]] = VXS_CELL_FREE;
-        } else if (all(-VXS_VOXMAP_CLEARANCE_BEYOND)) {
-            out.index[near[n]] = VXS_CELL_INTERIOR;
-        } else {
-            if (kept != n) out.values[kept] = out.values[n];
-            out.index[near[n]] = static_cast<std::uint32_t>(VXS_VOXMAP_ENTRY_FIRST + kept++);
-        }
-    }
-    out.values.resize(kept);
+    out.chunks = chunk_clearances(map, out.index);
     return out;
 }
 

@@ -12,12 +12,13 @@
 
 namespace voxshell {
 
-/// The sections CLRX and CLRV of formats/voxmap.md.
+/// The sections CLRX, CLRV and CLRC of formats/voxmap.md.
 struct Clearance {
     using Values =
         std::array<std::int8_t, VXS_VOXMAP_CLEARANCE_BLOCKS>; ///< of a chunk, half cells, k fastest
     std::vector<std::uint32_t> index;                         ///< per root entry
     std::vector<Values> values;
+    std::vector<std::int32_t> chunks; ///< per root entry, cells
 };
 
 /// A pure function of the cell states in the map's box. `progress`, if given, is asked whether to go on.

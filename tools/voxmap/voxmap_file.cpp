@@ -404,6 +404,7 @@ std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file, Progress *progres
             const Clearance found = clearance(view_of(levels, grid), progress);
             add(VXS_VOXMAP_SECTION_CLRX, 4, found.index);
             add(VXS_VOXMAP_SECTION_CLRV, VXS_VOXMAP_CLEARANCE_BLOCKS, found.values);
+            add(VXS_VOXMAP_SECTION_CLRC, 4, found.chunks);
         }
         add(VXS_SECTION_META, 1, file.meta);
     }

@@ -30,6 +30,7 @@ typedef struct vxs_voxmap {
     const int16_t *distances;        /* 512 per brick, or NULL without the channel */
     const uint32_t *clearance_index; /* one entry per chunk of the box, or NULL: nothing can be culled */
     const int8_t *clearance;         /* 4096 per entry from VXS_VOXMAP_ENTRY_FIRST on; half cells */
+    const int32_t *clearance_chunks; /* one per chunk of the box; cells */
     uint64_t chunk_count, brick_count, clearance_count;
     uint64_t surface_cells, interior_cells;
     int64_t bbox_min[3], bbox_max[3]; /* absolute cells, max inclusive: surface and interior */
@@ -72,16 +73,20 @@ static inline uint32_t vxs_voxmap_state(const vxs_voxmap *map, uint32_t ci, uint
     return (uint32_t)(word >> ((cell & 31u) << 1)) & 3u;
 }
 
-/* The clearance of the block of 4 x 4 x 4 cells that holds a relative cell, in half cells: the ball of this
- * radius around the block's centre holds free cells only (> 0), or, negative, interior ones only; 0 says
- * nothing. The cell must be inside the box, and the map must have a clearance. Thread: any, rt-safe. */
-static inline int vxs_voxmap_clearance(const vxs_voxmap *map, uint32_t ci, uint32_t cj, uint32_t ck)
+/* The clearance at a relative cell: the radius [cells] of a ball that holds free cells only (> 0), or,
+ * negative, interior ones only; 0 says nothing. It is around the centre of the aligned cube of *size cells
+ * an edge that holds the cell: a block (4) near a surface, a chunk (64) far from it. The cell must be inside
+ * the box, and the map must have a clearance. Thread: any, rt-safe. */
+static inline float vxs_voxmap_clearance(const vxs_voxmap *map, uint32_t ci, uint32_t cj, uint32_t ck,
+                                         uint32_t *size)
 {
-    uint32_t entry = map->clearance_index[vxs_voxmap_root_index(map->root_dims, ci, cj, ck)];
-    if (entry == VXS_CELL_FREE) return VXS_VOXMAP_CLEARANCE_BEYOND;
-    if (entry == VXS_CELL_INTERIOR) return -VXS_VOXMAP_CLEARANCE_BEYOND;
-    return map->clearance[(size_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CLEARANCE_BLOCKS +
-                          vxs_voxmap_clearance_block(ci, cj, ck)];
+    uint64_t chunk = vxs_voxmap_root_index(map->root_dims, ci, cj, ck);
+    uint32_t entry = map->clearance_index[chunk];
+    *size = entry < VXS_VOXMAP_ENTRY_FIRST ? VXS_VOXMAP_CHUNK_CELLS : 4;
+    if (entry < VXS_VOXMAP_ENTRY_FIRST) return (float)map->clearance_chunks[chunk];
+    return 0.5f *
+           (float)map->clearance[(size_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CLEARANCE_BLOCKS +
+                                 vxs_voxmap_clearance_block(ci, cj, ck)];
 }
 
 /* vxs_voxmap_state() of an absolute cell. Thread: any, rt-safe. */

@@ -144,9 +144,12 @@ TEST_CASE("every block's clearance is the one that the format defines")
             Ints block;
             for (int a = 0; a < 3; ++a) block[a] = 4 * static_cast<int>(dice() % (map.cells[a] / 4));
             const Ints center{block[0] + 2, block[1] + 2, block[2] + 2};
-            const int value = vxs_voxmap_clearance(&map, static_cast<std::uint32_t>(block[0]),
-                                                   static_cast<std::uint32_t>(block[1]),
-                                                   static_cast<std::uint32_t>(block[2]));
+            std::uint32_t size = 0;
+            const float radius = vxs_voxmap_clearance(&map, static_cast<std::uint32_t>(block[0]),
+                                                      static_cast<std::uint32_t>(block[1]),
+                                                      static_cast<std::uint32_t>(block[2]), &size);
+            if (size != 4) continue; // the next test
+            const int value = static_cast<int>(2 * radius);
             const int outside = solid.clearance_at(center);
             const int expected = outside ? outside : -open.clearance_at(center);
             REQUIRE(value == expected);
@@ -160,6 +163,62 @@ TEST_CASE("every block's clearance is the one that the format defines")
     CHECK(exact > blocks / 20);
     MESSAGE(blocks << " blocks, " << deep << " in the interior, " << exact << " nearer than 16 cells, "
                    << beyond << " beyond");
+}
+
+TEST_CASE("far from everything a chunk's clearance is the one that the format defines")
+{
+    // A solid block of 7 x 6 x 8 chunks in a box of 17 x 6 x 9, and a lone cell at the other end.
+    VoxmapFile file;
+    Cells &cells = file.cells;
+    cells.voxel = 0.001;
+    cells.origin = {640, -64, 0};
+    for (std::int32_t i = 0; i < 56; ++i)
+        for (std::int32_t j = 0; j < 48; ++j) cells.solid.push_back({i, j, 0, 63});
+    Brick lone;
+    lone.at = {130, 5, 70};
+    lone.surface[3] = 1;
+    cells.bricks.push_back(lone);
+    recount(cells);
+    const WrittenFile written(voxmap_bytes(file));
+    const AssetFile asset(written.path(), VXS_ASSET_VOXMAP);
+    vxs_voxmap map;
+    REQUIRE(vxs_voxmap_open(&asset.asset(), &map) == VXS_OK);
+    const std::array<int, 3> dims{17, 6, 9};
+    for (int a = 0; a < 3; ++a) REQUIRE(map.root_dims[a] == static_cast<std::uint32_t>(dims[a]));
+    const auto root = [&](int i, int j, int k) {
+        const bool inside = i >= 0 && j >= 0 && k >= 0 && i < dims[0] && j < dims[1] && k < dims[2];
+        return inside ? map.root[(i * dims[1] + j) * dims[2] + k] : std::uint32_t{VXS_CELL_FREE};
+    };
+    int far[2] = {0, 0}, most = 0;
+    for (int i = 0; i < dims[0]; ++i)
+        for (int j = 0; j < dims[1]; ++j)
+            for (int k = 0; k < dims[2]; ++k) {
+                long long nearest = 1LL << 40;
+                bool alone = root(i, j, k) < VXS_VOXMAP_ENTRY_FIRST;
+                for (int x = -20; x < 40; ++x)
+                    for (int y = -20; y < 40; ++y)
+                        for (int z = -20; z < 40; ++z) {
+                            if (root(x, y, z) == root(i, j, k)) continue;
+                            if (std::max({std::abs(x - i), std::abs(y - j), std::abs(z - k)}) <= 1)
+                                alone = false;
+                            nearest = std::min(nearest, squared({64 * i + 32, 64 * j + 32, 64 * k + 32},
+                                                                {64 * x, 64 * y, 64 * z}, 64));
+                        }
+                std::uint32_t size = 0;
+                const float radius = vxs_voxmap_clearance(&map, static_cast<std::uint32_t>(64 * i),
+                                                          static_cast<std::uint32_t>(64 * j),
+                                                          static_cast<std::uint32_t>(64 * k), &size);
+                REQUIRE((size == 64) == alone);
+                if (!alone) continue;
+                const int expected = static_cast<int>(std::floor(std::sqrt(static_cast<double>(nearest))));
+                const bool is_free = root(i, j, k) == VXS_CELL_FREE;
+                REQUIRE(static_cast<int>(radius) == (is_free ? expected : -expected));
+                ++far[is_free];
+                most = std::max(most, expected);
+            }
+    CHECK(far[0] > 50);
+    CHECK(far[1] > 50);
+    CHECK(most > 250);
 }
 
 TEST_CASE("whether a map has a clearance is kept")

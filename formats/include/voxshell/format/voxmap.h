@@ -33,7 +33,9 @@ enum {
     VXS_VOXMAP_MAX_BRICKS = 1 << 28, /* M206 */
     VXS_VOXMAP_MAX_LAYERS = 126,    /* layer_count; layer_count + 1 means beyond (M401) */
     VXS_VOXMAP_CLEARANCE_BLOCKS = 4096, /* blocks of 4 x 4 x 4 cells in a chunk, one clearance each */
-    VXS_VOXMAP_CLEARANCE_BEYOND = 127   /* half cells: as far as a clearance says anything (M502) */
+    VXS_VOXMAP_CLEARANCE_BEYOND = 127,  /* half cells: as far as a block's clearance says anything (M502) */
+    VXS_VOXMAP_CLEARANCE_LEAST = 96,    /* cells: a chunk's clearance is at least, */
+    VXS_VOXMAP_CLEARANCE_MOST = 4096    /* and at most that (M503) */
 };
 
 /* Every cell index of the box is in [-VXS_VOXMAP_MAX_INDEX, VXS_VOXMAP_MAX_INDEX) (M202). */
@@ -50,12 +52,14 @@ enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
  * materialises the bricks of the channel's band (their cells may all be free). */
 #define VXS_VOXMAP_SECTION_LAYR VXS_SECTION_ID('L', 'A', 'Y', 'R') /* i8[512]; 0 surface, > 0 free */
 #define VXS_VOXMAP_SECTION_DIST VXS_SECTION_ID('D', 'I', 'S', 'T') /* i16[512]; x distance_step */
-/* Optional pair that lets a reader pass over points without looking at their cells. The index has an
- * entry per root entry: beyond throughout (0 free, 2 interior), or VXS_VOXMAP_ENTRY_FIRST + element of
- * CLRV. There a block's value v says: the ball of |v| / 2 cells around the block's centre holds free cells
- * only (v > 0), or interior ones only (v < 0); 0 says nothing. */
+/* Optional trio that lets a reader pass over points without looking at their cells. The index has an
+ * entry per root entry: uniform with all chunks around (0 free, 2 interior), or VXS_VOXMAP_ENTRY_FIRST +
+ * element of CLRV. There a block's value v says: the ball of |v| / 2 cells around the block's centre holds
+ * free cells only (v > 0), or interior ones only (v < 0); 0 says nothing. CLRC says the same of the ball of
+ * |v| cells around the chunk's centre, where the index is uniform. */
 #define VXS_VOXMAP_SECTION_CLRX VXS_SECTION_ID('C', 'L', 'R', 'X') /* u32 */
 #define VXS_VOXMAP_SECTION_CLRV VXS_SECTION_ID('C', 'L', 'R', 'V') /* i8[4096] */
+#define VXS_VOXMAP_SECTION_CLRC VXS_SECTION_ID('C', 'L', 'R', 'C') /* i32 */
 
 typedef struct vxs_voxmap_grid {
     double voxel;           /* edge h of a cell [m], finite, > 0 */
