@@ -40,33 +40,28 @@ static inline uint32x4_t slot(const uint32x4_t c[3], int shift)
     return vorrq_u32(vorrq_u32(vshlq_n_u32(i, 6), vshlq_n_u32(j, 3)), k);
 }
 
-/* The chunk that the last points were in: the next ones mostly are too. */
-typedef struct chunk_cache {
-    uint32x4_t at[3]; /* its first cell */
-    uint32_t entry;
-} chunk_cache;
-
-static inline int is_cached(const chunk_cache *cache, const uint32x4_t c[3])
+static inline int is_in_chunk(const vxsi_chunk *chunk, const uint32x4_t c[3])
 {
-    uint32x4_t differs = vorrq_u32(vorrq_u32(veorq_u32(c[0], cache->at[0]), veorq_u32(c[1], cache->at[1])),
-                                   veorq_u32(c[2], cache->at[2]));
+    uint32x4_t differs = vdupq_n_u32(0);
+    for (int axis = 0; axis < 3; axis++)
+        differs = vorrq_u32(differs, veorq_u32(c[axis], vdupq_n_u32(chunk->at[axis])));
     return vmaxvq_u32(differs) < VXS_VOXMAP_CHUNK_CELLS;
 }
 
-static inline void cache_chunk(chunk_cache *cache, const vxs_voxmap *map, const uint32_t cell[3])
+static inline void enter_chunk(vxsi_chunk *chunk, const vxs_voxmap *map, const uint32_t cell[3])
 {
     for (int axis = 0; axis < 3; axis++)
-        cache->at[axis] = vdupq_n_u32(cell[axis] & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1));
-    cache->entry = map->root[vxs_voxmap_root_index(map->root_dims, cell[0], cell[1], cell[2])];
+        chunk->at[axis] = cell[axis] & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1);
+    chunk->entry = map->root[vxs_voxmap_root_index(map->root_dims, cell[0], cell[1], cell[2])];
 }
 
-/* States of cells that are all in the cached chunk. */
-static inline uint32x4_t states_in_chunk(const vxs_voxmap *map, const chunk_cache *cache,
+/* States of cells that are all in the chunk. */
+static inline uint32x4_t states_in_chunk(const vxs_voxmap *map, const vxsi_chunk *chunk,
                                          const uint32x4_t c[3])
 {
-    if (cache->entry < VXS_VOXMAP_ENTRY_FIRST) return vdupq_n_u32(cache->entry);
+    if (chunk->entry < VXS_VOXMAP_ENTRY_FIRST) return vdupq_n_u32(chunk->entry);
     const uint32_t *entries =
-        map->chunks + (size_t)(cache->entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
+        map->chunks + (size_t)(chunk->entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
     uint32_t brick[4], cell[4], state[4];
     vst1q_u32(brick, slot(c, 3));
     vst1q_u32(cell, slot(c, 0));
@@ -80,9 +75,9 @@ static inline uint32x4_t states_in_chunk(const vxs_voxmap *map, const chunk_cach
     return vld1q_u32(state);
 }
 
-/* States of the cells in `inside`, not all zero, free elsewhere; the last one's chunk is kept in the cache.
+/* States of the cells in `inside`, not all zero, free elsewhere; enters the last one's chunk.
  */
-static inline uint32x4_t states(const vxs_voxmap *map, chunk_cache *cache, const uint32x4_t c[3],
+static inline uint32x4_t states(const vxs_voxmap *map, vxsi_chunk *chunk, const uint32x4_t c[3],
                                 unsigned inside)
 {
     uint32_t cells[3][4], state[4] = {VXS_CELL_FREE, VXS_CELL_FREE, VXS_CELL_FREE, VXS_CELL_FREE};
@@ -93,7 +88,7 @@ static inline uint32x4_t states(const vxs_voxmap *map, chunk_cache *cache, const
         for (int axis = 0; axis < 3; axis++) cell[axis] = cells[axis][lane];
         state[lane] = vxs_voxmap_state(map, cell[0], cell[1], cell[2]);
     }
-    cache_chunk(cache, map, cell);
+    enter_chunk(chunk, map, cell);
     return vld1q_u32(state);
 }
 
@@ -136,8 +131,7 @@ static void probe_neon(const vxs_voxmap *map, const vxs_pointshell *shell, const
                        uint32_t first, uint32_t last, vxsi_hits *found)
 {
     const float32x4_t zero = vdupq_n_f32(0);
-    const uint32x4_t nowhere = vdupq_n_u32(UINT32_MAX); /* is outside of every box, so free */
-    chunk_cache cache = {{nowhere, nowhere, nowhere}, VXS_CELL_FREE};
+    vxsi_chunk chunk = found->chunk;
     const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
     for (uint32_t point = first; point < last; point += 4) {
         /* The arrays are padded to whole vectors; lanes beyond the last point do not count. */
@@ -150,14 +144,14 @@ static void probe_neon(const vxs_voxmap *map, const vxs_pointshell *shell, const
         uint32x4_t inside =
             vandq_u32(vandq_u32(vcgeq_f32(u[0], zero), vcgeq_f32(u[1], zero)), vcgeq_f32(u[2], zero));
         uint32x4_t state;
-        if (is_cached(&cache, c) && vminvq_u32(inside)) {
-            state = states_in_chunk(map, &cache, c);
+        if (is_in_chunk(&chunk, c) && vminvq_u32(inside)) {
+            state = states_in_chunk(map, &chunk, c);
         } else {
             for (int axis = 0; axis < 3; axis++)
                 inside = vandq_u32(inside, vcltq_u32(c[axis], vdupq_n_u32(map->cells[axis])));
             unsigned lanes = lanes_of(inside);
             if (!lanes) continue;
-            state = states(map, &cache, c, lanes);
+            state = states(map, &chunk, c, lanes);
         }
         unsigned hits = lanes_of(vtstq_u32(state, state));
         if (!hits) continue;
@@ -169,6 +163,7 @@ static void probe_neon(const vxs_voxmap *map, const vxs_pointshell *shell, const
         }
         if (hits) keep(found, shell, point, at, c, hits);
     }
+    found->chunk = chunk;
 }
 
 static void cull_neon(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted,
