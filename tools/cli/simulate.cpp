@@ -2,12 +2,11 @@
 // voxshell simulate: a scene on a simulated device, as a summary, a trace and a picture.
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
+#include "cli/scene_assets.hpp"
 #include "cli/verb.hpp"
-#include "container/asset_file.hpp"
 #include "pipeline/convert_scene.hpp"
 #include "pipeline/output.hpp"
 #include "study/servo_run.hpp"
-#include "study/temporary_folder.hpp"
 
 #include "voxshell/servo.h"
 
@@ -28,71 +27,6 @@ struct SimulateOptions : SharedOptions {
     std::vector<std::string> plots;
     double seconds = 0; ///< 0: to the end of the hand's path
     bool realtime = false, explain = false;
-};
-
-/// The scene's two assets, open: those of a folder if they are this scene's, else made for this run.
-class Assets {
-public:
-    Assets(const SceneFile &scene, const SimulateOptions &o, Progress &progress)
-    {
-        const SceneGeometry geometry = read_geometry(scene);
-        fs::path folder = o.assets;
-        if (folder.empty()) {
-            made_ = std::make_unique<TemporaryFolder>();
-            folder = made_->path;
-            PartOptions options;
-            options.max_memory = o.max_memory.value_or(0);
-            const SceneParts parts = convert_scene(scene, geometry, options, progress);
-            Outputs outputs(false);
-            outputs.add(folder / (scene_name(scene.path) + ".voxmap"), parts.statics.voxmap);
-            outputs.add(folder / (scene_name(scene.path) + ".pointshell"), parts.dynamic.pointshell);
-            outputs.commit();
-        }
-        voxmap_ = open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics);
-        pointshell_ = open(folder, scene, ".pointshell", VXS_ASSET_POINTSHELL, geometry.dynamic);
-        vxs_voxmap_open(&voxmap_->asset(), &map);
-        vxs_pointshell_open(&pointshell_->asset(), &shell);
-        check_voxel(scene, folder, ".voxmap", map.voxel);
-        check_voxel(scene, folder, ".pointshell", shell.voxel);
-    }
-
-    vxs_voxmap map{};
-    vxs_pointshell shell{};
-
-private:
-    static fs::path path_of(const fs::path &folder, const SceneFile &scene, const char *ending)
-    {
-        return folder / (scene_name(scene.path) + ending);
-    }
-
-    static std::string remedy(const SceneFile &scene, const fs::path &folder)
-    {
-        return fmt::format("; run voxshell convert {} -o {} --force", scene.path.string(), folder.string());
-    }
-
-    static std::unique_ptr<AssetFile> open(const fs::path &folder, const SceneFile &scene, const char *ending,
-                                           std::uint32_t kind, const Scene &geometry)
-    {
-        const fs::path path = path_of(folder, scene, ending);
-        auto file = std::make_unique<AssetFile>(path, kind);
-        if (file->source_hash() != geometry.source_hash) {
-            throw Failure(ExitCode::invalid, path.string(),
-                          "was made from other files or poses than the scene has now" + remedy(scene, folder));
-        }
-        return file;
-    }
-
-    static void check_voxel(const SceneFile &scene, const fs::path &folder, const char *ending, double voxel)
-    {
-        if (voxel != scene.voxel) {
-            throw Failure(ExitCode::invalid, path_of(folder, scene, ending).string(),
-                          fmt::format("has a voxel of {}, the scene says {}", format_length(voxel),
-                                      format_length(scene.voxel)) + remedy(scene, folder));
-        }
-    }
-
-    std::unique_ptr<TemporaryFolder> made_; // outlives the open files
-    std::unique_ptr<AssetFile> voxmap_, pointshell_;
 };
 
 std::string flags_text(const ServoRun &run)
@@ -117,7 +51,7 @@ json durations_json(const Durations &ns)
     return {{"p50_ns", ns.p50}, {"p99_ns", ns.p99}, {"p999_ns", ns.p999}, {"max_ns", ns.max}};
 }
 
-void tell(const SceneFile &scene, const Assets &assets, const RunOptions &options, const ServoRun &run)
+void tell(const SceneFile &scene, const SceneAssets &assets, const RunOptions &options, const ServoRun &run)
 {
     const double seconds = static_cast<double>(run.ticks) / scene.rate;
     fmt::print("{}: {} s, {} ticks at {} Hz on {}, held by {}\n", scene_name(scene.path), seconds, format_count(run.ticks),
@@ -151,7 +85,7 @@ void tell(const SceneFile &scene, const Assets &assets, const RunOptions &option
     }
 }
 
-json summary(const SceneFile &scene, const Assets &assets, const RunOptions &options, const ServoRun &run)
+json summary(const SceneFile &scene, const SceneAssets &assets, const RunOptions &options, const ServoRun &run)
 {
     json flags = json::object();
     for (unsigned bit = 0; bit < run.flag_ticks.size(); ++bit) {
@@ -190,7 +124,7 @@ json summary(const SceneFile &scene, const Assets &assets, const RunOptions &opt
     return out;
 }
 
-void explain(const SceneFile &scene, const Assets &assets, const RunOptions &options, Progress &progress, json &out, bool as_json)
+void explain(const SceneFile &scene, const SceneAssets &assets, const RunOptions &options, Progress &progress, json &out, bool as_json)
 {
     const std::vector<Stage> stages = explain_servo(scene, assets.map, assets.shell, options, progress);
     if (!as_json) {
@@ -224,7 +158,7 @@ ExitCode simulate(const SimulateOptions &o)
     options.seconds = o.seconds > 0 ? o.seconds : end > 0 ? end : 1;
     options.realtime = o.realtime;
     options.keep_rows = !o.trace.empty() || !o.plots.empty();
-    const Assets assets(scene, o, *progress);
+    const SceneAssets assets(scene, o.assets, o.max_memory.value_or(0), *progress);
     const ServoRun run = run_servo(scene, assets.map, assets.shell, options, *progress);
 
     Outputs outputs(o.force);

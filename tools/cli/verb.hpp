@@ -33,6 +33,7 @@ VerbAction add_diff(CLI::App &);
 VerbAction add_pack(CLI::App &);
 VerbAction add_export(CLI::App &);
 VerbAction add_simulate(CLI::App &);
+VerbAction add_design(CLI::App &);
 VerbAction add_bench(CLI::App &);
 
 } // namespace voxshell

@@ -20,6 +20,8 @@ std::span<const Verb> verbs()
          add_export},
         {"simulate", "the servo loop on a device",
          "voxshell simulate cup.scene.json --seconds 5 --trace trace.csv", add_simulate},
+        {"design", "the virtual coupling for a device and a scene: coefficients, margins, plots",
+         "voxshell design --device sim:omega-3 --stiffness 500N/m --assume hand -o plots", add_design},
         {"bench", "how long a tick's contact takes on this machine", "voxshell bench cup.voxmap sphere.pointshell", add_bench},
     };
     return table;

@@ -16,7 +16,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double two_pi = 2 * std::numbers::pi;
 /// No candidate has a resonance of its own: from 1/sqrt(2) on the filter's response falls throughout.
-constexpr double dampings[] = {std::numbers::sqrt2 / 2, 0.8, 0.9, 1, 1.2, 1.5, 2};
+constexpr double dampings[] = {std::numbers::sqrt2 / 2, 0.8, 1, 1.4, 2};
 
 bool counts(const DesignInput &input, const std::string &arm)
 {
@@ -24,16 +24,22 @@ bool counts(const DesignInput &input, const std::string &arm)
            std::find(input.assume.begin(), input.assume.end(), arm) != input.assume.end();
 }
 
-/// One loop for each arm that is there.
-std::vector<std::pair<std::string, Loop>> loops(const DesignInput &input, const vxs_coupling_config &coupling)
+/// The device in each arm that there is, or in those that count.
+std::vector<vxs_simulated_config> held(const DesignInput &input, bool all)
 {
-    std::vector<std::pair<std::string, Loop>> out;
-    vxs_simulated_config device = input.device;
+    std::vector<vxs_simulated_config> out;
     for (std::uint32_t n = 0; const auto *arm = vxs_simulated_arm_at(n); ++n) {
-        device.arm = *arm;
-        out.emplace_back(arm->name, Loop(device, coupling));
+        if (all || counts(input, arm->name)) {
+            out.push_back(input.device);
+            out.back().arm = *arm;
+        }
     }
     return out;
+}
+
+double decibels(double ratio)
+{
+    return 20 * std::log10(ratio);
 }
 
 bool holds(const Margins &margins, double sample_time)
@@ -41,18 +47,27 @@ bool holds(const Margins &margins, double sample_time)
     return margins.gain_db >= least_gain_db && margins.delay_s >= least_delay_samples * sample_time;
 }
 
-/// The least of each over the arms that count.
+/// The least of each over the arms that count, without friction.
 Margins worst_of(const DesignInput &input, const vxs_coupling_config &coupling)
 {
     Margins worst{infinity, infinity, infinity};
-    for (const auto &[arm, loop] : loops(input, coupling)) {
-        if (!counts(input, arm)) continue;
-        const Margins m = loop.margins(seen_stiffness(coupling, input.stiffness));
+    for (const vxs_simulated_config &device : held(input, false)) {
+        const Margins m = Loop(device, coupling).margins(seen_stiffness(coupling, input.stiffness));
         worst.gain_db = std::min(worst.gain_db, m.gain_db);
         worst.phase_deg = std::min(worst.phase_deg, m.phase_deg);
         worst.delay_s = m.delay_s < worst.delay_s || std::isnan(m.delay_s) ? m.delay_s : worst.delay_s;
     }
     return worst;
+}
+
+/// The gain that is left until friction keeps it hunting, with the arms that count.
+double hunting_gain_db(const DesignInput &input, const vxs_coupling_config &coupling)
+{
+    double least = infinity;
+    for (const vxs_simulated_config &device : held(input, false)) {
+        least = std::min(least, hunting_stiffness(device, coupling));
+    }
+    return decibels(least / seen_stiffness(coupling, input.stiffness));
 }
 
 /// The filter of the highest force bandwidth whose margins hold; if none does, the one with the largest gain
@@ -62,7 +77,7 @@ vxs_coupling_config fastest_filter(const DesignInput &input)
     const double rate = 1 / input.device.sample_time;
     vxs_coupling_config best = input.coupling, least_bad = input.coupling;
     double best_bandwidth = -1, least_bad_gain = -infinity;
-    for (double hertz = VXS_COUPLING_MAX_RATE * rate; hertz >= VXS_COUPLING_MIN_HZ; hertz /= 1.12) {
+    for (double hertz = VXS_COUPLING_MAX_RATE * rate; hertz >= least_bandwidth_hz; hertz /= 1.12) {
         // A lower corner is no better: the fastest candidate of this one is its least damped.
         if (best_bandwidth > 0 && hertz < best_bandwidth) break;
         for (const double damping : dampings) {
@@ -70,8 +85,11 @@ vxs_coupling_config fastest_filter(const DesignInput &input)
             candidate.omega0 = two_pi * hertz;
             candidate.damping = damping;
             const double bandwidth = Loop(input.device, candidate).bandwidth_hz();
-            if (bandwidth <= best_bandwidth) continue;
-            const Margins m = worst_of(input, candidate);
+            if (bandwidth < least_bandwidth_hz || bandwidth <= best_bandwidth) continue;
+            Margins m = worst_of(input, candidate);
+            if (m.gain_db > std::min(least_gain_db, least_bad_gain)) {
+                m.gain_db = std::min(m.gain_db, hunting_gain_db(input, candidate));
+            }
             if (holds(m, input.device.sample_time)) {
                 best = candidate;
                 best_bandwidth = bandwidth;
@@ -91,8 +109,8 @@ double stiffest_spring(const DesignInput &input)
 {
     vxs_coupling_config spring = input.coupling;
     double most = infinity;
-    for (const auto &[arm, loop] : loops(input, spring)) {
-        if (counts(input, arm)) most = std::min(most, loop.largest_stiffness());
+    for (const vxs_simulated_config &device : held(input, false)) {
+        most = std::min(most, hunting_stiffness(device, spring));
     }
     most *= std::pow(10, -least_gain_db / 20);
     const double recommended = input.device.profile.max_stiffness;
@@ -125,6 +143,11 @@ void check(const DesignInput &input)
     }
 }
 
+std::string article(const std::string &arm)
+{
+    return (arm == "arm" ? "an " : "a ") + arm;
+}
+
 std::string newtons(double stiffness)
 {
     return std::isinf(stiffness) ? "any stiffness" : fmt::format("{:.4g} N/m", stiffness);
@@ -136,9 +159,11 @@ std::vector<std::string> advice_of(const Design &d)
     const double rate = 1 / d.input.device.sample_time;
     for (const ArmDesign &arm : d.arms) {
         if (!arm.stable()) {
-            out.push_back(fmt::format("unstable {}: carries {}, is to carry {}{}",
-                                      arm.arm == "free" ? "with the hand off" : "with a " + arm.arm,
-                                      newtons(arm.largest_stiffness), newtons(d.seen),
+            const bool hunts = arm.largest_stiffness > d.seen;
+            out.push_back(fmt::format("{} {}: carries {}, is to carry {}{}",
+                                      hunts ? "stable, but friction can keep it hunting," : "unstable",
+                                      arm.arm == "free" ? "with the hand off" : "with " + article(arm.arm),
+                                      newtons(hunts ? arm.hunting_stiffness : arm.largest_stiffness), newtons(d.seen),
                                       arm.counts ? "" : " (not assumed)"));
         }
     }
@@ -197,11 +222,19 @@ Design design_coupling(const DesignInput &given)
     }
     d.seen = seen_stiffness(d.coupling, given.stiffness);
     d.worst = worst_of(d.input, d.coupling);
-    for (const auto &[name, loop] : loops(d.input, d.coupling)) {
-        d.arms.push_back({name, counts(d.input, name), loop.largest_stiffness(), loop.passive_stiffness(),
-                          std::max(0.0, loop.damping_to_be_passive(d.seen) - loop.viscosity()),
-                          loop.margins(d.seen)});
+    for (const vxs_simulated_config &device : held(d.input, true)) {
+        const Loop loop(device, d.coupling);
+        ArmDesign arm{device.arm.name,
+                      counts(d.input, device.arm.name),
+                      loop.largest_stiffness(),
+                      hunting_stiffness(device, d.coupling),
+                      loop.passive_stiffness(),
+                      std::max(0.0, loop.damping_to_be_passive(d.seen) - loop.viscosity()),
+                      loop.margins(d.seen)};
+        arm.margins.gain_db = decibels(arm.hunting_stiffness / d.seen);
+        d.worst.gain_db = arm.counts ? std::min(d.worst.gain_db, arm.margins.gain_db) : d.worst.gain_db;
         d.bandwidth_hz = loop.bandwidth_hz();
+        d.arms.push_back(arm);
     }
     d.refused = !(d.worst.gain_db > 0);
     d.margins_held = holds(d.worst, given.device.sample_time);
@@ -209,7 +242,7 @@ Design design_coupling(const DesignInput &given)
 
     vxs_coupling_config none = d.coupling;
     none.kind = VXS_COUPLING_NONE;
-    const Loop unfiltered = loops(d.input, none).front().second;
+    const Loop unfiltered(held(d.input, true).front(), none);
     const double needed = unfiltered.damping_to_be_passive(d.seen);
     d.unfiltered = {unfiltered.passive_stiffness(), std::max(0.0, needed - unfiltered.viscosity()),
                     needed / unfiltered.viscosity() /

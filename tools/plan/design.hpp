@@ -14,6 +14,8 @@ namespace voxshell {
 /// the phase margin asked for: the crossover's angle w T).
 constexpr double least_gain_db = 6;
 constexpr double least_delay_samples = 1;
+/// And no filter slower than a hand moves (people act at 2 to 10 Hz) is taken for a coupling.
+constexpr double least_bandwidth_hz = 2;
 
 struct DesignInput {
     vxs_simulated_config device;     ///< its arm is not looked at
@@ -27,9 +29,10 @@ struct ArmDesign {
     std::string arm;
     bool counts;              ///< is in the range that must hold
     double largest_stiffness; ///< K_max [N/m] that the device may feel
+    double hunting_stiffness; ///< [N/m], at most that: from here on friction can keep it moving
     double passive_stiffness; ///< [N/m]
     double damping_missing;   ///< to be passive at this stiffness [N s/m], 0 where it is
-    Margins margins;
+    Margins margins;          ///< gain: of the lower of these two; phase and delay: without friction
     bool stable() const { return margins.gain_db > 0; }
     bool passive() const { return damping_missing <= 0; }
 };
@@ -42,7 +45,7 @@ struct Design {
     std::vector<ArmDesign> arms;  ///< free, pen, hand, arm
     Margins worst;                ///< of the arms that count
     bool margins_held;            ///< of the arms that count: least_gain_db and least_delay_samples
-    bool refused;                 ///< unstable with an arm that counts
+    bool refused;                 ///< unstable or hunting with an arm that counts
     double quantisation;          ///< [N/m], quantisation_limit()
     struct Unfiltered { ///< the free device without any filter: what no filter of this form can better
         double passive_stiffness; ///< [N/m]

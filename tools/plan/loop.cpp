@@ -210,6 +210,18 @@ double seen_stiffness(const vxs_coupling_config &coupling, double contact)
                                : coupling.stiffness * contact / (coupling.stiffness + contact);
 }
 
+double hunting_stiffness(const vxs_simulated_config &device, const vxs_coupling_config &coupling)
+{
+    vxs_simulated_config damped = device;
+    const double own = device.profile.viscosity + device.arm.viscosity;
+    double least = infinity;
+    for (int doublings = 0; doublings <= (device.profile.friction > 0 ? 12 : 0); ++doublings) {
+        damped.profile.viscosity = own * std::ldexp(1.0, doublings) - device.arm.viscosity;
+        least = std::min(least, Loop(damped, coupling).largest_stiffness());
+    }
+    return least;
+}
+
 double quantisation_limit(const vxs_simulated_config &device)
 {
     const auto &profile = device.profile;

@@ -1,85 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "study/temporary_folder.hpp"
 #include "study/trace.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
-
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-extern char **environ;
 
 namespace voxshell {
 namespace {
-
-namespace fs = std::filesystem;
-
-/// Runs gnuplot on the script; what it draws goes to `out`. Its exit code.
-int run_gnuplot(const fs::path &script, const fs::path &out, const fs::path &err)
-{
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    std::string name = "gnuplot", argument = script.string();
-    char *arguments[] = {name.data(), argument.data(), nullptr};
-    pid_t child = 0;
-    const int error = posix_spawnp(&child, "gnuplot", &files, nullptr, arguments, environ);
-    posix_spawn_file_actions_destroy(&files);
-    if (error == ENOENT) {
-        throw Failure(ExitCode::system, "", "gnuplot is not installed; apt-get install gnuplot-nox, or leave out --plot");
-    }
-    if (error) {
-        throw Failure(ExitCode::system, "gnuplot", std::strerror(error));
-    }
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
-}
-
-std::string read_all(const fs::path &path)
-{
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 double magnitude(const Point &force)
 {
     return std::hypot(force[0], force[1], force[2]);
 }
 
-std::string quoted(const std::string &text)
-{
-    std::string out;
-    for (const char c : text) {
-        out += c == '\'' ? "''" : std::string(1, static_cast<unsigned char>(c) < ' ' ? ' ' : c);
-    }
-    return "'" + out + "'";
-}
-
 } // namespace
-
-Picture picture_of(const fs::path &file)
-{
-    if (file.extension() == ".svg") {
-        return Picture::svg;
-    }
-    if (file.extension() == ".png") {
-        return Picture::png;
-    }
-    throw Failure(ExitCode::usage, file.string(), "a picture ends in .svg or .png");
-}
 
 std::vector<std::uint8_t> plot_trace(const std::vector<TraceRow> &rows, const std::string &title, Picture picture)
 {
@@ -91,33 +26,17 @@ std::vector<std::uint8_t> plot_trace(const std::vector<TraceRow> &rows, const st
         script += fmt::format("{} {} {}\n", row.t, collision, output);
     }
     script += "END\n";
-    script += picture == Picture::svg ? "set terminal svg size 900,480 dynamic background rgb 'white' font 'sans-serif,15' enhanced\n"
-                                      : "set terminal pngcairo size 1350,720 background rgb 'white' font 'sans,18' linewidth 1.5\n";
-    script += "set title " + quoted(title) + " noenhanced\n"
+    script += gnuplot_sheet(picture, 900, 480);
+    script += "set title " + gnuplot_text(title) + " noenhanced\n"
               "set xlabel 'time [s]'\n"
               "set ylabel 'force, magnitude [N]'\n"
-              "set grid lc rgb '#d8d8d8' lw 0.7\n"
-              "set border 3 lc rgb '#606060'\n"
-              "set tics nomirror\n"
               "set key top right Left reverse samplen 3 opaque box lc rgb '#d8d8d8'\n";
     script += fmt::format("set xrange [0:{}]\nset yrange [0:{}]\n", rows.empty() ? 1.0 : rows.back().t,
                           highest > 0 ? 1.15 * highest : 1.0);
     script += "plot $trace using 1:2 with lines lw 0.7 lc rgb '#d95f02' title 'collision force', "
               "$trace using 1:3 with lines lw 3 lc rgb '#1b3f8b' title 'output force'\n";
 
-    const TemporaryFolder folder;
-    const fs::path in = folder.path / "plot.gp", out = folder.path / "out", err = folder.path / "err";
-    std::ofstream(in, std::ios::binary) << script;
-    if (run_gnuplot(in, out, err) != 0) {
-        std::string why = read_all(err);
-        std::replace(why.begin(), why.end(), '\n', ' ');
-        throw Failure(ExitCode::system, "", "gnuplot failed: " + why);
-    }
-    const std::string bytes = read_all(out);
-    if (bytes.empty()) {
-        throw Failure(ExitCode::system, "", "gnuplot drew nothing: " + read_all(err));
-    }
-    return {bytes.begin(), bytes.end()};
+    return gnuplot(script);
 }
 
 } // namespace voxshell

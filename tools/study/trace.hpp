@@ -3,9 +3,9 @@
 #pragma once
 
 #include "import/scene.hpp"
+#include "study/gnuplot.hpp"
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -25,11 +25,6 @@ struct TraceRow {
 
 /// One header line, one line a row; each number reads back as the same double.
 std::string trace_csv(const std::vector<TraceRow> &rows);
-
-enum class Picture { svg, png };
-
-/// By the ending of the file; throws Failure(usage) for any other.
-Picture picture_of(const std::filesystem::path &file);
 
 /// Collision force (thin) and output force (thick) in newtons over time, drawn by gnuplot. Throws Failure(system)
 /// if gnuplot is not installed or fails.

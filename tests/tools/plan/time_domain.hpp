@@ -14,11 +14,10 @@ namespace voxshell {
 
 class TimeDomain {
   public:
-    TimeDomain(vxs_simulated_config device, const vxs_coupling_config &coupling)
+    TimeDomain(vxs_simulated_config device, const vxs_coupling_config &coupling, bool ideal = true)
         : device_memory_(vxs_simulated_memory()), coupling_memory_(vxs_coupling_memory())
     {
-        device.profile.friction = 0;
-        device.profile.resolution = 0;
+        if (ideal) device.profile.friction = device.profile.resolution = 0;
         device.profile.peak_force = 1e30;
         device.start.position[0] = 1e-3; // and the hand's target stays there: a step
         if (vxs_simulated_open(device_memory_.data(), device_memory_.size(), &device, &device_) != VXS_OK ||

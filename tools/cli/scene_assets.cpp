@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/scene_assets.hpp"
+
+#include "cli/options.hpp"
+#include "pipeline/convert_scene.hpp"
+#include "pipeline/output.hpp"
+
+#include <fmt/format.h>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path path_of(const fs::path &folder, const SceneFile &scene, const char *ending)
+{
+    return folder / (scene_name(scene.path) + ending);
+}
+
+std::string remedy(const SceneFile &scene, const fs::path &folder)
+{
+    return fmt::format("; run voxshell convert {} -o {} --force", scene.path.string(), folder.string());
+}
+
+std::unique_ptr<AssetFile> open(const fs::path &folder, const SceneFile &scene, const char *ending,
+                                       std::uint32_t kind, const Scene &geometry)
+{
+    const fs::path path = path_of(folder, scene, ending);
+    auto file = std::make_unique<AssetFile>(path, kind);
+    if (file->source_hash() != geometry.source_hash) {
+        throw Failure(ExitCode::invalid, path.string(),
+                      "was made from other files or poses than the scene has now" + remedy(scene, folder));
+    }
+    return file;
+}
+
+void check_voxel(const SceneFile &scene, const fs::path &folder, const char *ending, double voxel)
+{
+    if (voxel != scene.voxel) {
+        throw Failure(ExitCode::invalid, path_of(folder, scene, ending).string(),
+                      fmt::format("has a voxel of {}, the scene says {}", format_length(voxel),
+                                  format_length(scene.voxel)) + remedy(scene, folder));
+    }
+}
+
+} // namespace
+
+SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::uint64_t max_memory, Progress &progress)
+{
+    const SceneGeometry geometry = read_geometry(scene);
+    fs::path folder = given;
+    if (folder.empty()) {
+        made_ = std::make_unique<TemporaryFolder>();
+        folder = made_->path;
+        PartOptions options;
+        options.max_memory = max_memory;
+        const SceneParts parts = convert_scene(scene, geometry, options, progress);
+        Outputs outputs(false);
+        outputs.add(folder / (scene_name(scene.path) + ".voxmap"), parts.statics.voxmap);
+        outputs.add(folder / (scene_name(scene.path) + ".pointshell"), parts.dynamic.pointshell);
+        outputs.commit();
+    }
+    voxmap_ = open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics);
+    pointshell_ = open(folder, scene, ".pointshell", VXS_ASSET_POINTSHELL, geometry.dynamic);
+    vxs_voxmap_open(&voxmap_->asset(), &map);
+    vxs_pointshell_open(&pointshell_->asset(), &shell);
+    check_voxel(scene, folder, ".voxmap", map.voxel);
+    check_voxel(scene, folder, ".pointshell", shell.voxel);
+}
+
+} // namespace voxshell
