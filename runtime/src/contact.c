@@ -13,13 +13,12 @@
 
 /* Below this length a mean of unit normals says nothing about a direction (METHOD section 3). */
 static const double cancelled_mean = 0.1;
-/* A point joins a patch whose first normal is within 60 degrees of its own. */
-static const double patch_cosine = 0.5;
 
 typedef struct evaluation {
     vxs_contact *contact;
     const vxs_contact_config *config;
     uint32_t count;             /* statics */
+    double touching;            /* hits that collide */
     double force[3], moment[3]; /* per unit of stiffness, shell frame */
     double depth;
 } evaluation;
@@ -111,42 +110,22 @@ static int approach(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
     return is_near;
 }
 
-/* The mean of the normals of the hits of a patch (of all with patch < 0), of length 1. Returns 0 if it
- * cancels. */
-static int mean_normal(evaluation *e, int patch, double normal[3])
+/* The mean of the normals of the hits that collide, of length 1. Returns 0 if it cancels. */
+static int mean_normal(evaluation *e, double normal[3])
 {
-    double sum[3] = {0, 0, 0}, count = 0;
+    double sum[3] = {0, 0, 0};
+    e->touching = 0;
     for (uint32_t n = 0; n < e->count; n++) {
-        vxsi_span *span = &e->contact->statics[n].span;
         double own[3], number;
-        span->patch = patch;
-        e->contact->kernel->mean(&e->contact->hits, span, own, &number);
+        e->contact->kernel->mean(&e->contact->hits, &e->contact->statics[n].span,
+                                 e->config->field == VXS_CONTACT_DISTANCE, own, &number);
         for (int i = 0; i < 3; i++) sum[i] += own[i];
-        count += number;
+        e->touching += number;
     }
     double length = sqrt(dot(sum, sum));
-    if (!(length >= cancelled_mean * count) || count == 0) return 0;
+    if (!(length >= cancelled_mean * e->touching) || e->touching == 0) return 0;
     for (int i = 0; i < 3; i++) normal[i] = sum[i] / length;
     return 1;
-}
-
-/* Greedy, in point order: a point joins the first patch whose first normal agrees with its own,
- * else it opens one; when all are taken the last takes it. Returns the number of patches. */
-static uint32_t split_patches(vxsi_hits *hits)
-{
-    double seed[VXS_CONTACT_MAX_PATCHES][3];
-    uint32_t patches = 0;
-    for (uint32_t n = 0; n < hits->count; n++) {
-        const double own[3] = {hits->nx[n], hits->ny[n], hits->nz[n]};
-        uint32_t patch = 0;
-        while (patch < patches && dot(seed[patch], own) < patch_cosine) patch++;
-        if (patch == VXS_CONTACT_MAX_PATCHES)
-            patch--;
-        else if (patch == patches)
-            memcpy(seed[patches++], own, sizeof own);
-        hits->patch[n] = (uint8_t)patch;
-    }
-    return patches;
 }
 
 static void add_depth(evaluation *e, double depth)
@@ -155,14 +134,12 @@ static void add_depth(evaluation *e, double depth)
 }
 
 /* Forces along one normal: F = (sum w) n, torque = (sum w x - (sum w) o) x n. */
-static void add_common(evaluation *e, int patch, const double normal[3])
+static void add_common(evaluation *e, const double normal[3])
 {
     double weight = 0, moment[3] = {0, 0, 0}, arm[3], torque[3];
     for (uint32_t n = 0; n < e->count; n++) {
-        vxsi_span *span = &e->contact->statics[n].span;
         vxsi_total total;
-        span->patch = patch;
-        e->contact->kernel->sum_common(&e->contact->hits, span, normal, &total);
+        e->contact->kernel->sum_common(&e->contact->hits, &e->contact->statics[n].span, normal, &total);
         weight += total.weight;
         for (int i = 0; i < 3; i++) moment[i] += total.moment[i];
         add_depth(e, total.depth);
@@ -175,14 +152,14 @@ static void add_common(evaluation *e, int patch, const double normal[3])
     }
 }
 
-/* Each force along its point's own normal: the original law. */
-static void add_own(evaluation *e, int patch)
+/* Each force along its hit's own normal: as deep as its channel says, or under the plane of its cell. */
+static void add_own(evaluation *e)
 {
+    const vxsi_kernel *kernel = e->contact->kernel;
+    vxsi_sum_own *sum = e->config->field == VXS_CONTACT_SURFACE ? kernel->sum_own : kernel->sum_given;
     for (uint32_t n = 0; n < e->count; n++) {
-        vxsi_span *span = &e->contact->statics[n].span;
         vxsi_total total;
-        span->patch = patch;
-        e->contact->kernel->sum_own(&e->contact->hits, span, e->config->reference, &total);
+        sum(&e->contact->hits, &e->contact->statics[n].span, e->config->reference, &total);
         for (int i = 0; i < 3; i++) {
             e->force[i] += total.force[i];
             e->moment[i] += total.moment[i];
@@ -191,24 +168,44 @@ static void add_own(evaluation *e, int patch)
     }
 }
 
-static void add_patches(evaluation *e, vxs_contact_result *result)
+/* Turns all hits to one normal. */
+static void turn_hits(vxsi_hits *hits, const double common[3], int is_sampled)
 {
-    result->flags |= VXS_CONTACT_MEAN_CANCELLED;
-    result->patches = split_patches(&e->contact->hits);
-    for (uint32_t patch = 0; patch < result->patches; patch++) {
-        double normal[3];
-        if (mean_normal(e, (int)patch, normal))
-            add_common(e, (int)patch, normal);
-        else
-            add_own(e, (int)patch);
-    }
+    const float normal[3] = {(float)common[0], (float)common[1], (float)common[2]};
+    for (uint32_t n = 0; n < hits->count; n++) vxsi_turn_hit(hits, n, normal, is_sampled);
 }
 
-static void give_wrench(const evaluation *e, const double turn[9], vxs_contact_result *result)
+/* Depths under the planes of the cells along the hits' normals; only_deeper: where they are larger. */
+static void set_planes(evaluation *e, int only_deeper)
+{
+    for (uint32_t n = 0; n < e->count; n++)
+        e->contact->kernel->set_planes(&e->contact->hits, &e->contact->statics[n].span, only_deeper);
+}
+
+/* As config.most_stiffness asks: the factor on the wrench. */
+static double soften(evaluation *e, const double *common, double stiffness, vxs_contact_result *result)
+{
+    vxs_contact *contact = e->contact;
+    double sum[VXSI_STIFFNESS] = {0};
+    if (e->config->field == VXS_CONTACT_SURFACE) {
+        if (common) turn_hits(&contact->hits, common, 0);
+        set_planes(e, 0);
+    }
+    for (uint32_t n = 0; n < e->count; n++)
+        vxsi_add_stiffness(&contact->hits, &contact->statics[n].span, e->config->reference,
+                           contact->shell.radius, sum);
+    result->stiffness = vxsi_largest_eigenvalue(sum) * stiffness;
+    if (!(result->stiffness > e->config->most_stiffness)) return 1;
+    result->flags |= VXS_CONTACT_SOFTENED;
+    return e->config->most_stiffness / result->stiffness;
+}
+
+static void give_wrench(evaluation *e, const double turn[9], const double *common, vxs_contact_result *result)
 {
     double factor = e->config->stiffness;
     if (e->config->weighting == VXS_CONTACT_COUNT_CAPPED && result->points > VXS_CONTACT_CAP_POINTS)
         factor *= (double)VXS_CONTACT_CAP_POINTS / result->points;
+    if (e->config->most_stiffness > 0) factor *= soften(e, common, factor, result);
     for (int i = 0; i < 3; i++) {
         result->wrench.force[i] = e->force[i] * factor;
         result->wrench.torque[i] = e->moment[i] * factor;
@@ -229,38 +226,47 @@ vxs_result vxs_contact_config_check(const vxs_contact_config *config)
 {
     if (!config) return VXS_PARAM;
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
-    if (config->law < VXS_CONTACT_ORIGINAL || config->law > VXS_CONTACT_GRADIENT) return VXS_PARAM;
+    if (config->law < VXS_CONTACT_ORIGINAL || config->law > VXS_CONTACT_PATCH) return VXS_PARAM;
+    if (config->field < VXS_CONTACT_SURFACE || config->field > VXS_CONTACT_DISTANCE) return VXS_PARAM;
     if (config->weighting < VXS_CONTACT_COUNT || config->weighting > VXS_CONTACT_AREA) return VXS_PARAM;
+    if (config->law == VXS_CONTACT_GRADIENT && config->field != VXS_CONTACT_DISTANCE) return VXS_LAW_FIELD;
     if (config->most_points && config->weighting != VXS_CONTACT_AREA) return VXS_PARAM;
     for (int i = 0; i < 3; i++) {
         if (!isfinite(config->reference[i])) return VXS_PARAM;
     }
+    if (!isfinite(config->most_stiffness) || config->most_stiffness < 0) return VXS_PARAM;
     return isfinite(config->stiffness) && config->stiffness > 0 ? VXS_OK : VXS_PARAM;
 }
 
-/* Depth and direction of each point from the maps' distances. */
-static void add_gradient(evaluation *e, const vxs_contact_static *statics, vxs_contact_result *result)
+int vxs_contact_has_field(const vxs_voxmap *map, uint32_t field)
 {
-    vxsi_gradient_total total = {.points = 0};
-    for (uint32_t n = 0; n < e->count; n++)
-        vxsi_sum_gradient(statics[n].map, &e->contact->hits, &e->contact->statics[n].span,
-                          e->config->reference, &total);
-    result->points = total.points;
-    result->deep_points = total.deep;
-    if (total.deep > 0) result->flags |= VXS_CONTACT_DEEP;
-    if (total.points == 0) return;
-    result->patches = 1;
-    memcpy(e->force, total.force, sizeof e->force);
-    memcpy(e->moment, total.moment, sizeof e->moment);
-    e->depth = total.depth;
-    double length = sqrt(dot(total.normal, total.normal));
-    if (!(length >= cancelled_mean * total.points)) return;
-    for (int i = 0; i < 3; i++) result->normal[i] = total.normal[i] / length;
+    switch (field) {
+    case VXS_CONTACT_SURFACE:
+        return 1;
+    case VXS_CONTACT_LAYERS:
+        return map->layers != NULL;
+    case VXS_CONTACT_DISTANCE:
+        return map->distances && !(map->flags & VXS_VOXMAP_FLAG_UNSIGNED);
+    default:
+        return 0;
+    }
 }
 
-int vxs_contact_has_signed_distance(const vxs_voxmap *map)
+/* What the probe must keep for the law and field. */
+static uint32_t take_of(const vxs_contact_config *config)
 {
-    return map->distances && !(map->flags & VXS_VOXMAP_FLAG_UNSIGNED);
+    return (config->law == VXS_CONTACT_GRADIENT ? 0 : VXSI_TAKE_NORMAL) |
+           (config->field == VXS_CONTACT_SURFACE ? 0 : VXSI_TAKE_INTERIOR) |
+           (config->weighting == VXS_CONTACT_AREA ? VXSI_TAKE_AREA : 0);
+}
+
+/* Depths from the field's channel; with the law gradient normals too. */
+static void sample(evaluation *e, const vxs_contact_static *statics, vxs_contact_result *result)
+{
+    for (uint32_t n = 0; n < e->count; n++)
+        result->deep_points += e->contact->kernel->sample(
+            statics[n].map, e->config->field == VXS_CONTACT_LAYERS, e->config->law == VXS_CONTACT_GRADIENT,
+            &e->contact->statics[n].span, &e->contact->hits);
 }
 
 uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
@@ -271,48 +277,51 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     evaluation e = {.contact = contact, .config = config, .count = count};
     double turn[9];
     if (vxs_contact_config_check(config) != VXS_OK || count > contact->static_capacity ||
-        !vxs_pose_rotation(pose, turn))
+        (config->most_points && !contact->has_levels) || !vxs_pose_rotation(pose, turn))
         return result->flags = VXS_CONTACT_INVALID;
     vxsi_hits *hits = &contact->hits;
     hits->count = hits->deep_count = hits->overflow = 0;
-    const int is_gradient = config->law == VXS_CONTACT_GRADIENT;
-    hits->take = (is_gradient ? VXSI_TAKE_INTERIOR : VXSI_TAKE_NORMAL) |
-                 (config->weighting == VXS_CONTACT_AREA ? VXSI_TAKE_AREA : 0);
+    hits->take = take_of(config);
     contact->probed = contact->wrong_skips = contact->run_count = contact->wanted_clusters = 0;
-    if (config->most_points && !contact->has_levels) return result->flags = VXS_CONTACT_INVALID;
     int is_near = 0;
     for (uint32_t n = 0; n < count; n++) {
         vxsi_placement place;
-        if (is_gradient && !vxs_contact_has_signed_distance(statics[n].map))
+        if (!vxs_contact_has_field(statics[n].map, config->field) ||
+            !place_shell(&statics[n], turn, pose, &place))
             return result->flags = VXS_CONTACT_INVALID;
-        if (!place_shell(&statics[n], turn, pose, &place)) return result->flags = VXS_CONTACT_INVALID;
         is_near |= approach(contact, &contact->statics[n], statics[n].map, &place);
     }
     if (!is_near) result->flags |= VXS_CONTACT_OUT_OF_MAP;
     if (!vxsi_contact_look(contact, statics, count, config->most_points))
         result->flags |= VXS_CONTACT_OVER_BUDGET;
-    if (hits->deep_count > 0) result->flags |= VXS_CONTACT_DEEP;
     if (hits->overflow) result->flags |= VXS_CONTACT_OVERFLOW;
     if (contact->wrong_skips) result->flags |= VXS_CONTACT_WRONG_SKIP;
-    result->deep_points = hits->deep_count;
-    result->points = hits->count;
     result->probed = contact->probed;
     result->level = contact->level;
-    if (hits->count == 0) return result->flags;
+    result->deep_points = hits->deep_count;
+    if (config->field != VXS_CONTACT_SURFACE) sample(&e, statics, result);
+    if (result->deep_points > 0) result->flags |= VXS_CONTACT_DEEP;
 
-    if (is_gradient) {
-        add_gradient(&e, statics, result);
-        give_wrench(&e, turn, result);
-        return result->flags;
-    }
-    int has_mean = mean_normal(&e, -1, result->normal);
+    const int has_mean = mean_normal(&e, result->normal);
+    if (e.touching == 0) return result->flags;
+    result->points = (uint32_t)e.touching;
     result->patches = 1;
-    if (config->law == VXS_CONTACT_ORIGINAL)
-        add_own(&e, -1);
-    else if (has_mean)
-        add_common(&e, -1, result->normal);
-    else
-        add_patches(&e, result);
-    give_wrench(&e, turn, result);
+    int is_common = config->law == VXS_CONTACT_AVERAGE && has_mean;
+    if (config->law == VXS_CONTACT_PATCH || (config->law == VXS_CONTACT_AVERAGE && !has_mean)) {
+        if (config->law == VXS_CONTACT_AVERAGE) result->flags |= VXS_CONTACT_MEAN_CANCELLED;
+        result->patches = vxsi_split_patches(hits, config->field);
+        is_common = result->patches == 1;
+    }
+    const double *common = is_common ? result->normal : NULL;
+    if (config->field != VXS_CONTACT_SURFACE) {
+        if (common) turn_hits(hits, common, 1);
+        if (config->field == VXS_CONTACT_LAYERS) set_planes(&e, 1);
+        add_own(&e);
+    } else if (common) {
+        add_common(&e, common);
+    } else {
+        add_own(&e);
+    }
+    give_wrench(&e, turn, common, result);
     return result->flags;
 }

@@ -280,7 +280,8 @@ __attribute__((target("avx2"))) static void cull_avx2(const vxs_voxmap *map, con
 #define VXSI_NAME(name) name##_avx2
 #include "contact_sum.h"
 
-const vxsi_kernel vxsi_kernel_avx2 = {cull_avx2, probe_avx2, mean_avx2, sum_common_avx2, sum_own_avx2};
+const vxsi_kernel vxsi_kernel_avx2 = {cull_avx2,       probe_avx2,   vxsi_sample_avx2, mean_avx2,
+                                      sum_common_avx2, sum_own_avx2, sum_given_avx2,   set_planes_avx2};
 
 #else
 typedef int vxsi_no_avx2; /* a translation unit is not empty */

@@ -273,8 +273,9 @@ VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *s
 #define VXSI_NAME(name) name##_avx512
 #include "contact_sum.h"
 
-const vxsi_kernel vxsi_kernel_avx512 = {cull_avx512, probe_avx512, mean_avx512, sum_common_avx512,
-                                        sum_own_avx512};
+const vxsi_kernel vxsi_kernel_avx512 = {cull_avx512,      probe_avx512,      vxsi_sample_avx2,
+                                        mean_avx512,      sum_common_avx512, sum_own_avx512,
+                                        sum_given_avx512, set_planes_avx512};
 
 #else
 typedef int vxsi_no_avx512; /* a translation unit is not empty */

@@ -2,8 +2,8 @@
  *
  * What the instruction sets of contact share: three steps, each the same to the last bit in every
  * kernel. cull: how far bounding spheres are from anything. probe: which points are in which cells,
- * in float32 (contact.h says how it is rounded). mean and sum: over the points found, in double, in four
- * interleaved sums (hit n goes to sum n mod 4) that are added as (0 + 1) + (2 + 3).
+ * in float32 (contact.h says how it is rounded). sample, mean and sum: over the points found, in double, in
+ * four interleaved sums (hit n goes to sum n mod 4) that are added as (0 + 1) + (2 + 3).
  */
 #ifndef VXSI_CONTACT_KERNEL_H
 #define VXSI_CONTACT_KERNEL_H
@@ -35,7 +35,8 @@ typedef struct vxsi_chunk {
 typedef struct vxsi_hits {
     float *x, *y, *z, *nx, *ny, *nz, *area; /* shell frame; the last four only if taken */
     int32_t *i, *j, *k;                     /* cell relative to the box */
-    uint8_t *patch;
+    float *depth;       /* [m] by a channel of the map, below 0 outside; only if sampled */
+    uint8_t *direction; /* which of the patches' cells of directions, only if split */
     uint32_t capacity, count;
     uint32_t deep_count; /* points in interior cells that are no hits */
     uint32_t overflow;   /* not 0: a hit found no room */
@@ -73,16 +74,24 @@ typedef void vxsi_probe(const vxs_voxmap *map, const vxs_pointshell *shell, cons
 /* Which hits, and where the map is to the shell: cell centre C = h (cell + 1/2), p = R x + t. */
 typedef struct vxsi_span {
     uint32_t first, last;
-    int patch; /* -1: all */
     int has_area;
     double voxel, rotation[9], offset[3]; /* R, t [m]: shell to the box's corner */
 } vxsi_span;
 
-/* Sum of the normals and number of the hits. */
-typedef void vxsi_mean(const vxsi_hits *hits, const vxsi_span *span, double sum[3], double *count);
+/* Fills hits.depth of the span from the map's layers or distances; is_steepest: and their normals, along the
+ * gradient, with depth 0 where there is none. Returns how many are too deep for the channel to know how deep.
+ * May write up to three hits beyond the span's last: statics are sampled in order. */
+typedef uint32_t vxsi_sample(const vxs_voxmap *map, int is_layers, int is_steepest, const vxsi_span *span,
+                             vxsi_hits *hits);
+
+/* Sum of the normals and number of the hits; only_deep: of those with hits.depth above 0. */
+typedef void vxsi_mean(const vxsi_hits *hits, const vxsi_span *span, int only_deep, double sum[3],
+                       double *count);
 
 /* Of forces along one unit normal n (shell frame), or along each point's own: w = d (or d times area),
- *   common: weight = sum w, moment = sum w x;   own: force = sum w n, moment = sum w (x - o) x n. */
+ *   common: weight = sum w, moment = sum w x;   own: force = sum w n, moment = sum w (x - o) x n.
+ * d is the depth under the plane through the cell's centre; for sum_given, which is own but for that,
+ * hits.depth. */
 typedef struct vxsi_total {
     double weight, force[3], moment[3], depth;
 } vxsi_total;
@@ -91,12 +100,18 @@ typedef void vxsi_sum_common(const vxsi_hits *hits, const vxsi_span *span, const
 typedef void vxsi_sum_own(const vxsi_hits *hits, const vxsi_span *span, const double reference[3],
                           vxsi_total *total);
 
+/* Fills hits.depth with the depths under the planes of the cells along the hits' normals; only_deeper: where
+ * they are larger than what is there. */
+typedef void vxsi_set_planes(vxsi_hits *hits, const vxsi_span *span, int only_deeper);
+
 typedef struct vxsi_kernel {
     vxsi_cull *cull;
     vxsi_probe *probe;
+    vxsi_sample *sample;
     vxsi_mean *mean;
     vxsi_sum_common *sum_common;
-    vxsi_sum_own *sum_own;
+    vxsi_sum_own *sum_own, *sum_given;
+    vxsi_set_planes *set_planes;
 } vxsi_kernel;
 
 extern const vxsi_kernel vxsi_kernel_scalar;
@@ -108,5 +123,6 @@ extern const vxsi_kernel vxsi_kernel_neon;
 #endif
 vxsi_cull vxsi_cull_scalar;
 vxsi_probe vxsi_probe_scalar;
+vxsi_sample vxsi_sample_scalar, vxsi_sample_avx2;
 
 #endif

@@ -192,12 +192,9 @@ double vxs_contact_point_cost(vxs_contact *contact)
         hits->count = hits->deep_count = hits->overflow = 0;
         hits->take = VXSI_TAKE_NORMAL | VXSI_TAKE_AREA;
         contact->kernel->probe(&map, shell, &motion, 0, shell->point_count, hits);
-        vxsi_span span = {.last = hits->count,
-                          .patch = -1,
-                          .has_area = 1,
-                          .voxel = 1,
-                          .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
-        contact->kernel->mean(hits, &span, sum, &count);
+        vxsi_span span = {
+            .last = hits->count, .has_area = 1, .voxel = 1, .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+        contact->kernel->mean(hits, &span, 0, sum, &count);
         contact->kernel->sum_common(hits, &span, sum, &total);
         double each = (now() - begin) / shell->point_count;
         if (each < least) least = each;

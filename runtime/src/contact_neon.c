@@ -213,7 +213,8 @@ static void cull_neon(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
 #define VXSI_NAME(name) name##_neon
 #include "contact_sum.h"
 
-const vxsi_kernel vxsi_kernel_neon = {cull_neon, probe_neon, mean_neon, sum_common_neon, sum_own_neon};
+const vxsi_kernel vxsi_kernel_neon = {cull_neon,       probe_neon,   vxsi_sample_scalar, mean_neon,
+                                      sum_common_neon, sum_own_neon, sum_given_neon,     set_planes_neon};
 
 #else
 typedef int vxsi_no_neon; /* a translation unit is not empty */

@@ -89,5 +89,6 @@ void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const
 #define VXSI_NAME(name) name##_scalar
 #include "contact_sum.h"
 
-const vxsi_kernel vxsi_kernel_scalar = {vxsi_cull_scalar, vxsi_probe_scalar, mean_scalar, sum_common_scalar,
-                                        sum_own_scalar};
+const vxsi_kernel vxsi_kernel_scalar = {vxsi_cull_scalar, vxsi_probe_scalar, vxsi_sample_scalar,
+                                        mean_scalar,      sum_common_scalar, sum_own_scalar,
+                                        sum_given_scalar, set_planes_scalar};

@@ -15,6 +15,7 @@ void vxs_contact_config_default(vxs_contact_config *config)
     config->struct_size = sizeof *config;
     config->law = VXS_CONTACT_AVERAGE;
     config->weighting = VXS_CONTACT_COUNT;
+    config->field = VXS_CONTACT_SURFACE;
     config->stiffness = 1000;
 }
 
@@ -56,11 +57,12 @@ static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshel
     take(&a, 1, sizeof *contact);
     vxsi_hits *hits = &contact->hits;
     size_t room = (size_t)shell->point_count + VXSI_LANES; /* a kernel may write whole vectors */
-    float **floats[] = {&hits->x, &hits->y, &hits->z, &hits->nx, &hits->ny, &hits->nz, &hits->area};
+    float **floats[] = {&hits->x,  &hits->y,  &hits->z,    &hits->nx,
+                        &hits->ny, &hits->nz, &hits->area, &hits->depth};
     int32_t **cells[] = {&hits->i, &hits->j, &hits->k};
-    for (int n = 0; n < 7; n++) *floats[n] = take(&a, room, sizeof(float));
+    for (int n = 0; n < 8; n++) *floats[n] = take(&a, room, sizeof(float));
     for (int n = 0; n < 3; n++) *cells[n] = take(&a, room, sizeof(int32_t));
-    hits->patch = take(&a, room, 1);
+    hits->direction = take(&a, room, 1);
     take_spheres(&a, &contact->clusters, shell->cluster_count);
     take_spheres(&a, &contact->groups, group_count(shell));
     contact->runs =

@@ -54,21 +54,39 @@ struct vxs_contact {
     uint8_t order[256][8];
 };
 
-/* Adds what the law `gradient` says of the span's hits: sums over the points that are inside. */
-typedef struct vxsi_gradient_total {
-    double normal[3], force[3], moment[3], depth;
-    uint32_t points, deep; /* deep: too far inside for the distance's band to know a direction */
-} vxsi_gradient_total;
-void vxsi_sum_gradient(const vxs_voxmap *map, const vxsi_hits *hits, const vxsi_span *span,
-                       const double reference[3], vxsi_gradient_total *total);
+/* Gives a hit a normal that is not its own, and the part of its depth, if it was sampled, that lies along it.
+ */
+static inline void vxsi_turn_hit(vxsi_hits *hits, uint32_t n, const float normal[3], int is_sampled)
+{
+    const float along = (hits->nx[n] * normal[0] + hits->ny[n] * normal[1]) + hits->nz[n] * normal[2];
+    if (is_sampled) hits->depth[n] *= hits->depth[n] > 0 ? along : 1;
+    hits->nx[n] = normal[0];
+    hits->ny[n] = normal[1];
+    hits->nz[n] = normal[2];
+}
+
+/* Splits hits into patches (contact.h, law patch) and turns them, where there are more than one, to the
+ * normals of their patches. Returns the number of patches. */
+uint32_t vxsi_split_patches(vxsi_hits *hits, uint32_t field);
+
+/* The lower triangle, row by row, of a symmetric 6 x 6 matrix. */
+enum { VXSI_STIFFNESS = 21 };
+
+/* Adds the stiffness of the span's hits with hits.depth along their normals, per unit of k: sum w v v^T, v =
+ * (n, (x - o) x n / length). */
+void vxsi_add_stiffness(const vxsi_hits *hits, const vxsi_span *span, const double reference[3],
+                        double length, double sum[VXSI_STIFFNESS]);
+
+/* The largest eigenvalue, or up to 0.05 % more, of a matrix that has none below 0. */
+double vxsi_largest_eigenvalue(const double matrix[VXSI_STIFFNESS]);
 
 /* Lists in contact->runs what of the shell at `place` must be looked at; remembers the place for the next
  * time. */
 void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
                        const vxsi_placement *place);
 
-/* Looks at the runs: finds the hits of each static. most_points: 0, or the levels of detail are chosen so that
- * no more are looked at. Returns 0 if the coarsest level is not coarse enough. */
+/* Looks at the runs: finds the hits of each static. most_points: 0, or the levels of detail are chosen so
+ * that no more are looked at. Returns 0 if the coarsest level is not coarse enough. */
 int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
                       uint32_t most_points);
 

@@ -1,53 +1,19 @@
 /* SPDX-License-Identifier: MIT
  *
- * mean and sum of contact_kernel.h in the compiler's vectors of four doubles: included once per
- * instruction set, with VXSI_TARGET and VXSI_NAME() defined. The same operations in the same order whatever
- * the vectors become, and never a fused one, so the same bits.
+ * mean and sum of contact_kernel.h in four lanes: included once per instruction set, with VXSI_TARGET and
+ * VXSI_NAME() defined.
  */
-typedef double VXSI_NAME(v4d) __attribute__((vector_size(32)));
-typedef float VXSI_NAME(v4f) __attribute__((vector_size(16)));
-typedef int32_t VXSI_NAME(v4i) __attribute__((vector_size(16)));
-typedef int64_t VXSI_NAME(v4l) __attribute__((vector_size(32)));
-#define v4d VXSI_NAME(v4d)
-#define v4f VXSI_NAME(v4f)
-#define v4i VXSI_NAME(v4i)
-#define v4l VXSI_NAME(v4l)
-#define LOAD_F(array, at)                                                                                    \
-    __extension__({                                                                                          \
-        v4f loaded_;                                                                                         \
-        memcpy(&loaded_, (array) + (at), sizeof loaded_);                                                    \
-        __builtin_convertvector(loaded_, v4d);                                                               \
-    })
-#define LOAD_I(array, at)                                                                                    \
-    __extension__({                                                                                          \
-        v4i loaded_;                                                                                         \
-        memcpy(&loaded_, (array) + (at), sizeof loaded_);                                                    \
-        __builtin_convertvector(loaded_, v4d);                                                               \
-    })
-/* Lanes of v where mask is not 0, else +0. */
-#define KEEP(mask, v) ((v4d)((mask) & (v4l)(v)))
-#define ADD_LANES(v) (((v)[0] + (v)[1]) + ((v)[2] + (v)[3]))
+#include "contact_lanes.h"
 
-/* All ones in the lanes of hits that exist and belong to the span's patch. */
-#define LANES_OF(mask, hits, span, n)                                                                        \
-    do {                                                                                                     \
-        for (int lane_ = 0; lane_ < 4; lane_++)                                                              \
-            (mask)[lane_] =                                                                                  \
-                (n) + (uint32_t)lane_ < (span)->last &&                                                      \
-                        ((span)->patch < 0 || (hits)->patch[(n) + (uint32_t)lane_] == (span)->patch)         \
-                    ? -1                                                                                     \
-                    : 0;                                                                                     \
-    } while (0)
-#define ALL_LANES(span, n) ((span)->patch < 0 && (n) + 4 <= (span)->last)
-
-VXSI_TARGET static void VXSI_NAME(mean)(const vxsi_hits *hits, const vxsi_span *span, double sum[3],
-                                        double *count)
+VXSI_TARGET static void VXSI_NAME(mean)(const vxsi_hits *hits, const vxsi_span *span, int only_deep,
+                                        double sum[3], double *count)
 {
     const v4d zero = {0, 0, 0, 0}, one = {1, 1, 1, 1};
     v4d x = zero, y = zero, z = zero, number = zero;
     for (uint32_t n = span->first; n < span->last; n += 4) {
         v4l lanes = {-1, -1, -1, -1};
-        if (!ALL_LANES(span, n)) LANES_OF(lanes, hits, span, n);
+        if (!ALL_LANES(span, n)) lanes = LANES_OF(span, n);
+        if (only_deep) lanes &= LOAD_F(hits->depth, n) > zero;
         x += KEEP(lanes, LOAD_F(hits->nx, n));
         y += KEEP(lanes, LOAD_F(hits->ny, n));
         z += KEEP(lanes, LOAD_F(hits->nz, n));
@@ -86,14 +52,9 @@ VXSI_TARGET static void VXSI_NAME(sum_common)(const vxsi_hits *hits, const vxsi_
             ((hx * LOAD_I(hits->i, n) + hy * LOAD_I(hits->j, n)) + hz * LOAD_I(hits->k, n)) + constant;
         v4d depth = center - ((nx * x + ny * y) + nz * z);
         v4l lanes = depth > zero;
-        if (!ALL_LANES(span, n)) {
-            v4l own;
-            LANES_OF(own, hits, span, n);
-            lanes &= own;
-        }
+        if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
         depth = KEEP(lanes, depth);
-        v4l deeper = depth > deepest;
-        deepest = (v4d)((deeper & (v4l)depth) | (~deeper & (v4l)deepest));
+        deepest = SELECT(depth > deepest, depth, deepest);
         v4d w = depth;
         if (span->has_area) w = KEEP(lanes, depth * LOAD_F(hits->area, n));
         weight += w;
@@ -110,32 +71,51 @@ VXSI_TARGET static void VXSI_NAME(sum_common)(const vxsi_hits *hits, const vxsi_
 }
 
 /* d = (C - t) . N - x . n with N = R n of each point. */
-VXSI_TARGET static void VXSI_NAME(sum_own)(const vxsi_hits *hits, const vxsi_span *span,
-                                           const double reference[3], vxsi_total *total)
+VXSI_TARGET static inline __attribute__((always_inline)) void
+VXSI_NAME(depth_under)(const vxsi_hits *hits, const vxsi_span *span, uint32_t n, v4d *depth)
 {
     const double *r = span->rotation, *t = span->offset, h = span->voxel;
-    const double ox = reference[0], oy = reference[1], oz = reference[2];
     const double tx = 0.5 * h - t[0], ty = 0.5 * h - t[1], tz = 0.5 * h - t[2];
+    v4d x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
+    v4d nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n);
+    v4d cx = h * LOAD_I(hits->i, n) + tx, cy = h * LOAD_I(hits->j, n) + ty, cz = h * LOAD_I(hits->k, n) + tz;
+    v4d center = (cx * ((r[0] * nx + r[1] * ny) + r[2] * nz) + cy * ((r[3] * nx + r[4] * ny) + r[5] * nz)) +
+                 cz * ((r[6] * nx + r[7] * ny) + r[8] * nz);
+    *depth = center - ((nx * x + ny * y) + nz * z);
+}
+
+VXSI_TARGET static void VXSI_NAME(set_planes)(vxsi_hits *hits, const vxsi_span *span, int only_deeper)
+{
+    for (uint32_t n = span->first; n < span->last; n += 4) {
+        v4d depth;
+        VXSI_NAME(depth_under)(hits, span, n, &depth);
+        if (only_deeper) {
+            v4d given = LOAD_F(hits->depth, n);
+            depth = SELECT(given > depth, given, depth);
+        }
+        if (!ALL_LANES(span, n)) depth = SELECT(LANES_OF(span, n), depth, LOAD_F(hits->depth, n));
+        STORE_F(hits->depth, n, depth);
+    }
+}
+
+VXSI_TARGET static inline __attribute__((always_inline)) void
+VXSI_NAME(sum_each)(const vxsi_hits *hits, const vxsi_span *span, const double reference[3], int is_given,
+                    vxsi_total *total)
+{
+    const double ox = reference[0], oy = reference[1], oz = reference[2];
     const v4d zero = {0, 0, 0, 0};
     v4d fx = zero, fy = zero, fz = zero, mx = zero, my = zero, mz = zero, deepest = zero;
     for (uint32_t n = span->first; n < span->last; n += 4) {
         v4d x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
-        v4d nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n);
-        v4d cx = h * LOAD_I(hits->i, n) + tx, cy = h * LOAD_I(hits->j, n) + ty,
-            cz = h * LOAD_I(hits->k, n) + tz;
-        v4d center =
-            (cx * ((r[0] * nx + r[1] * ny) + r[2] * nz) + cy * ((r[3] * nx + r[4] * ny) + r[5] * nz)) +
-            cz * ((r[6] * nx + r[7] * ny) + r[8] * nz);
-        v4d depth = center - ((nx * x + ny * y) + nz * z);
+        v4d nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n), depth;
+        if (is_given)
+            depth = LOAD_F(hits->depth, n);
+        else
+            VXSI_NAME(depth_under)(hits, span, n, &depth);
         v4l lanes = depth > zero;
-        if (!ALL_LANES(span, n)) {
-            v4l own;
-            LANES_OF(own, hits, span, n);
-            lanes &= own;
-        }
+        if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
         depth = KEEP(lanes, depth);
-        v4l deeper = depth > deepest;
-        deepest = (v4d)((deeper & (v4l)depth) | (~deeper & (v4l)deepest));
+        deepest = SELECT(depth > deepest, depth, deepest);
         v4d w = depth;
         if (span->has_area) w = KEEP(lanes, depth * LOAD_F(hits->area, n));
         nx = KEEP(lanes, w * nx);
@@ -157,13 +137,15 @@ VXSI_TARGET static void VXSI_NAME(sum_own)(const vxsi_hits *hits, const vxsi_spa
     total->depth = 0;
     VXSI_NAME(store_depth)(total, &deepest);
 }
-#undef v4d
-#undef v4f
-#undef v4i
-#undef v4l
-#undef LOAD_F
-#undef LOAD_I
-#undef KEEP
-#undef ADD_LANES
-#undef LANES_OF
-#undef ALL_LANES
+
+VXSI_TARGET static void VXSI_NAME(sum_own)(const vxsi_hits *hits, const vxsi_span *span,
+                                           const double reference[3], vxsi_total *total)
+{
+    VXSI_NAME(sum_each)(hits, span, reference, 0, total);
+}
+
+VXSI_TARGET static void VXSI_NAME(sum_given)(const vxsi_hits *hits, const vxsi_span *span,
+                                             const double reference[3], vxsi_total *total)
+{
+    VXSI_NAME(sum_each)(hits, span, reference, 1, total);
+}

@@ -65,8 +65,6 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
     for (uint32_t n = 0; n < config->static_count; n++) {
         const vxs_contact_static *at = &config->statics[n];
         if (!at->map || (at->pose && !vxs_pose_rotation(at->pose, rotation))) return VXS_PARAM;
-        if (config->contact.law == VXS_CONTACT_GRADIENT && !vxs_contact_has_signed_distance(at->map))
-            return VXS_PARAM;
     }
     if (!vxs_pose_rotation(&config->mount, rotation) || !vxs_pose_rotation(&config->grip, rotation))
         return VXS_PARAM;
@@ -77,6 +75,9 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
         return VXS_PARAM;
     vxs_result result = check_effects(config);
     if (result == VXS_OK) result = vxs_contact_config_check(&config->contact);
+    for (uint32_t n = 0; n < config->static_count && result == VXS_OK; n++) {
+        if (!vxs_contact_has_field(config->statics[n].map, config->contact.field)) result = VXS_CHANNEL;
+    }
     return result == VXS_OK ? vxs_coupling_config_check(&config->coupling) : result;
 }
 

@@ -181,6 +181,7 @@ OurRival::OurRival(const OurMode &mode, std::shared_ptr<const OurMap> map, const
     vxs_pointshell_open(&shell_file_.asset, &shell_);
     vxs_contact_config_default(&config_);
     config_.law = mode.law;
+    if (mode.law == VXS_CONTACT_GRADIENT) config_.field = VXS_CONTACT_DISTANCE;
     config_.stiffness = 1;
     memory_.resize(vxs_contact_memory(&shell_, 1));
     if (vxs_contact_init(memory_.data(), memory_.size(), &shell_, 1, &contact_) != VXS_OK ||

@@ -17,7 +17,7 @@ def main(golden, program, choice=None):
     with tempfile.TemporaryDirectory() as folder:
         for part in ("cup.glb", "sphere.glb"):
             subprocess.run([voxshell, "convert", os.path.join(samples, part), "-o", folder, "--voxel", "1mm", "--channels",
-                            "distance:3", "--quiet"], check=True, stdout=subprocess.DEVNULL)
+                            "layers:3,distance:3", "--quiet"], check=True, stdout=subprocess.DEVNULL)
         assets = [os.path.join(folder, "cup.voxmap"), os.path.join(folder, "sphere.pointshell")]
         told = [subprocess.run([*shlex.split(program), *assets, poses], check=True, stdout=subprocess.PIPE, text=True).stdout
                 for poses in ([choice] if choice in POSES else POSES)]

@@ -39,6 +39,7 @@ struct Assets {
         Progress silent;
         SceneFile scene = cup_scene();
         scene.law = law;
+        if (law == ContactLaw::gradient) scene.field = ContactField::distance;
         const SceneParts parts = convert_scene(scene, read_geometry(scene), PartOptions{}, silent);
         Outputs outputs(false);
         outputs.add(folder.path / "cup.voxmap", parts.statics.voxmap);
@@ -58,7 +59,10 @@ struct Assets {
         vxs_contact_config config;
         vxs_contact_config_default(&config);
         config.law = law;
-        if (law == VXS_CONTACT_GRADIENT) config.weighting = VXS_CONTACT_AREA;
+        if (law == VXS_CONTACT_GRADIENT) {
+            config.field = VXS_CONTACT_DISTANCE;
+            config.weighting = VXS_CONTACT_AREA;
+        }
         const double r = wall + radius + gap;
         const vxs_pose pose = {{r * std::cos(angle), height, r * std::sin(angle)}, {1, 0, 0, 0}};
         vxs_contact_result result;
@@ -146,7 +150,7 @@ TEST_CASE("where the wall is a grid plane, the force begins at the centre of its
 TEST_CASE("with the law gradient the force is that of an elastic foundation")
 {
     const Assets with_distance(ContactLaw::gradient);
-    REQUIRE(vxs_contact_has_signed_distance(&with_distance.map));
+    REQUIRE(vxs_contact_has_field(&with_distance.map, VXS_CONTACT_DISTANCE));
     // The integral of the depth over the touching surface, a sphere's against a cylinder's, is c depth^2; with flat
     // triangles the two touch later, by what the triangles lie inside the true surfaces: s, 20 um here.
     const double c = 1000 * std::numbers::pi / std::sqrt((1 / radius + 1 / wall) / radius);
@@ -183,6 +187,7 @@ TEST_CASE("with a budget of points the force stays, and does not jump")
     vxs_contact_config config;
     vxs_contact_config_default(&config);
     config.law = VXS_CONTACT_GRADIENT;
+    config.field = VXS_CONTACT_DISTANCE;
     config.most_points = 100;
     CHECK(vxs_contact_config_check(&config) == VXS_PARAM); // counted points would weigh less
     config.weighting = VXS_CONTACT_AREA;

@@ -104,12 +104,34 @@ static built_asset assemble(const char *magic, const part *parts, uint32_t count
     return asset;
 }
 
+/* Cells low - reach .. high + reach, k fastest. */
+typedef struct field {
+    int reach;
+    int64_t low[3], size[3];
+    int8_t *states, *layers;
+    int16_t *distances;
+} field;
+
+enum { STEPS = 4096 }; /* of distance, in a cell */
+
+static size_t field_index(const field *f, const int64_t cell[3])
+{
+    size_t index = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        int64_t at = cell[axis] - f->low[axis];
+        if (at < 0 || at >= f->size[axis]) return SIZE_MAX;
+        index = index * (size_t)f->size[axis] + (size_t)at;
+    }
+    return index;
+}
+
 typedef struct map_maker {
     vxs_voxmap_grid grid;
     const int64_t *low, *high;
     built_cells *cells;
     const void *shape;
     int channels;
+    const struct field *field; /* or NULL: channels of no meaning */
     uint32_t *root, *chunks;
     uint64_t *bricks;
     int8_t *layers;
@@ -119,6 +141,10 @@ typedef struct map_maker {
 
 static uint32_t state_at(const map_maker *m, int64_t i, int64_t j, int64_t k)
 {
+    if (m->field) {
+        size_t at = field_index(m->field, (const int64_t[3]){i, j, k});
+        return at == SIZE_MAX ? VXS_CELL_FREE : (uint32_t)m->field->states[at];
+    }
     if (i < m->low[0] || i > m->high[0] || j < m->low[1] || j > m->high[1] || k < m->low[2] || k > m->high[2])
         return VXS_CELL_FREE;
     return m->cells(m->shape, i, j, k);
@@ -145,6 +171,17 @@ static uint32_t make_brick(map_maker *m, const int64_t corner[3])
         distances[cell] = (int16_t)(state == VXS_CELL_SURFACE ? cell % 5 - 2
                                     : state == VXS_CELL_FREE  ? 3 + cell % 4
                                                               : -3 - cell % 4);
+        if (m->field) {
+            const int64_t here[3] = {corner[0] + (cell >> 6), corner[1] + (cell >> 3 & 7),
+                                     corner[2] + (cell & 7)};
+            size_t index = field_index(m->field, here);
+            int beyond = m->field->reach + 1;
+            layers[cell] = index == SIZE_MAX ? (int8_t)beyond : m->field->layers[index];
+            distances[cell] =
+                index == SIZE_MAX ? (int16_t)(m->field->reach * STEPS) : m->field->distances[index];
+            is_uniform =
+                is_uniform && abs(layers[cell]) == beyond && abs(distances[cell]) == m->field->reach * STEPS;
+        }
         if (state == VXS_CELL_FREE) continue;
         int64_t at[3] = {corner[0] + (cell >> 6), corner[1] + (cell >> 3 & 7), corner[2] + (cell & 7)};
         for (int axis = 0; axis < 3; axis++) {
@@ -187,10 +224,11 @@ static int64_t floor_64(int64_t cell)
     return (cell >= 0 ? cell / 64 : -((-cell + 63) / 64)) * 64;
 }
 
-built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[3], built_cells *cells,
-                         const void *shape, int channels)
+static built_asset make_map(double voxel, const int64_t low[3], const int64_t high[3], built_cells *cells,
+                            const void *shape, int channels, const field *f)
 {
-    map_maker m = {.low = low, .high = high, .cells = cells, .shape = shape, .channels = channels};
+    map_maker m = {
+        .low = low, .high = high, .cells = cells, .shape = shape, .channels = channels, .field = f};
     m.grid.voxel = voxel;
     m.grid.flags = VXS_VOXMAP_FLAG_CLOSED;
     size_t entries = 1;
@@ -210,11 +248,12 @@ built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[
         for (int axis = 0; axis < 3; axis++) at[axis] = m.grid.origin_cell[axis] + 64 * at[axis];
         m.root[n] = make_chunk(&m, at);
     }
-    if (channels & BUILT_LAYERS) m.grid.layer_count = 2;
+    const int steps = f ? STEPS : 4;
+    if (channels & BUILT_LAYERS) m.grid.layer_count = f ? (uint32_t)f->reach : 2;
     if (channels & BUILT_DISTANCES) {
-        m.grid.distance_step = voxel / 4;
-        m.grid.distance_band = voxel * 2;
-        m.grid.distance_error = voxel / 8;
+        m.grid.distance_step = voxel / steps;
+        m.grid.distance_band = m.grid.distance_step * (f ? f->reach * steps : 2 * steps);
+        m.grid.distance_error = m.grid.distance_step / 2;
     }
     part parts[8] = {
         {VXS_VOXMAP_SECTION_GRID, 192, 1, &m.grid},
@@ -234,6 +273,81 @@ built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[
     free(m.bricks);
     free(m.layers);
     free(m.distances);
+    return asset;
+}
+
+built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[3], built_cells *cells,
+                         const void *shape, int channels)
+{
+    return make_map(voxel, low, high, cells, shape, channels, NULL);
+}
+
+/* Rings around the surface: each pass takes one from the ring before. */
+static void number_rings(field *f, size_t count)
+{
+    for (size_t n = 0; n < count; n++)
+        f->layers[n] = (int8_t)(f->states[n] == VXS_CELL_SURFACE ? 0 : f->reach + 1);
+    for (int ring = 1; ring <= f->reach; ring++) {
+        int64_t at[3];
+        for (at[0] = 0; at[0] < f->size[0]; at[0]++)
+            for (at[1] = 0; at[1] < f->size[1]; at[1]++)
+                for (at[2] = 0; at[2] < f->size[2]; at[2]++) {
+                    size_t here = ((size_t)at[0] * (size_t)f->size[1] + (size_t)at[1]) * (size_t)f->size[2] +
+                                  (size_t)at[2];
+                    if (f->layers[here] != ring - 1) continue;
+                    for (int n = 0; n < 27; n++) {
+                        const int64_t next[3] = {f->low[0] + at[0] + n / 9 - 1,
+                                                 f->low[1] + at[1] + n / 3 % 3 - 1,
+                                                 f->low[2] + at[2] + n % 3 - 1};
+                        size_t to = field_index(f, next);
+                        if (to != SIZE_MAX && f->layers[to] > ring) f->layers[to] = (int8_t)ring;
+                    }
+                }
+    }
+    for (size_t n = 0; n < count; n++)
+        if (f->states[n] == VXS_CELL_INTERIOR) f->layers[n] = (int8_t)-f->layers[n];
+}
+
+built_asset build_field_map(double voxel, const int64_t low[3], const int64_t high[3],
+                            built_distance *distance, const void *shape, int reach)
+{
+    field f = {.reach = reach};
+    int64_t box_low[3], box_high[3];
+    size_t count = 1;
+    for (int axis = 0; axis < 3; axis++) {
+        box_low[axis] = f.low[axis] = low[axis] - reach;
+        box_high[axis] = high[axis] + reach;
+        f.size[axis] = high[axis] - low[axis] + 1 + 2 * reach;
+        count *= (size_t)f.size[axis];
+    }
+    f.states = calloc(count, 1);
+    f.layers = calloc(count, 1);
+    f.distances = calloc(count, 2);
+    CHECK(f.states && f.layers && f.distances);
+    for (size_t n = 0; n < count; n++) {
+        const size_t row = n / (size_t)f.size[2];
+        const int64_t cell[3] = {f.low[0] + (int64_t)(row / (size_t)f.size[1]),
+                                 f.low[1] + (int64_t)(row % (size_t)f.size[1]),
+                                 f.low[2] + (int64_t)(n % (size_t)f.size[2])};
+        double center[3], slopes = 0;
+        for (int axis = 0; axis < 3; axis++) center[axis] = voxel * ((double)cell[axis] + 0.5);
+        const double away = distance(shape, center);
+        for (int axis = 0; axis < 3; axis++) {
+            double near[3] = {center[0], center[1], center[2]};
+            near[axis] += 1e-3 * voxel;
+            slopes += fabs(distance(shape, near) - away) / (1e-3 * voxel);
+        }
+        f.states[n] = (int8_t)(fabs(away - 1e-9 * voxel) <= voxel / 2 * slopes ? VXS_CELL_SURFACE
+                               : away > 0                                      ? VXS_CELL_FREE
+                                                                               : VXS_CELL_INTERIOR);
+        const double steps = away / voxel * STEPS, most = reach * STEPS;
+        f.distances[n] = (int16_t)lround(steps > most ? most : steps < -most ? -most : steps);
+    }
+    number_rings(&f, count);
+    built_asset asset = make_map(voxel, box_low, box_high, NULL, NULL, BUILT_LAYERS | BUILT_DISTANCES, &f);
+    free(f.states);
+    free(f.layers);
+    free(f.distances);
     return asset;
 }
 

@@ -36,6 +36,13 @@ typedef uint32_t built_cells(const void *shape, int64_t i, int64_t j, int64_t k)
 built_asset build_voxmap(double voxel, const int64_t low[3], const int64_t high[3], built_cells *cells,
                          const void *shape, int channels);
 
+/* A map with both channels from a signed distance (> 0 outside) of the points [m]: surface cells are those
+ * that its tangent plane meets, rings are counted from them, and distances reach as far. reach: 1 .. 7 cells;
+ * low and high must hold all cells but free ones. */
+typedef double built_distance(const void *shape, const double point[3]);
+built_asset build_field_map(double voxel, const int64_t low[3], const int64_t high[3],
+                            built_distance *distance, const void *shape, int reach);
+
 /* Shapes. A ball: surface cells meet its surface, interior cells lie within. */
 typedef struct built_ball {
     double voxel, center[3], radius;

@@ -107,10 +107,29 @@ static vxs_contact_config config_of(int n)
     vxs_contact_config config;
     vxs_contact_config_default(&config);
     config.law = laws[n % 3];
+    if (config.law == VXS_CONTACT_GRADIENT) config.field = VXS_CONTACT_DISTANCE;
     config.weighting = weightings[n / 3 % 3];
     config.reference[0] = 0.001 * (n % 5);
     return config;
 }
+
+/* The same for the law patch, for deeper fields, and for a bound on the stiffness. */
+static vxs_contact_config deep_config_of(int n)
+{
+    static const uint32_t laws[] = {VXS_CONTACT_PATCH,    VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE,
+                                    VXS_CONTACT_PATCH,    VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE,
+                                    VXS_CONTACT_GRADIENT, VXS_CONTACT_PATCH};
+    static const uint32_t fields[] = {VXS_CONTACT_SURFACE,  VXS_CONTACT_LAYERS,   VXS_CONTACT_LAYERS,
+                                      VXS_CONTACT_LAYERS,   VXS_CONTACT_DISTANCE, VXS_CONTACT_DISTANCE,
+                                      VXS_CONTACT_DISTANCE, VXS_CONTACT_DISTANCE};
+    vxs_contact_config config = config_of(n / 8);
+    config.law = laws[n % 8];
+    config.field = fields[n % 8];
+    if (n / 8 % 5 == 0) config.most_stiffness = config.weighting == VXS_CONTACT_AREA ? 0.05 : 5000;
+    return config;
+}
+
+typedef vxs_contact_config config_maker(int n);
 
 static void random_pose(const vxs_voxmap *map, vxs_pose *pose)
 {
@@ -135,25 +154,25 @@ static void tell(const bed *b, const char *part, int poses)
            (unsigned long long)b->hash);
 }
 
-static void random_part(bed *b, int poses)
+static void random_part(bed *b, const char *name, config_maker *make, int poses)
 {
     begin(b);
     for (int n = 0; n < poses; n++) {
         vxs_pose pose, moved;
         random_pose(&b->map, &pose);
         random_pose(&b->map, &moved);
-        vxs_contact_config config = config_of(n);
+        vxs_contact_config config = make(n);
         /* Now and then two statics of which one stands elsewhere. */
         const vxs_contact_static statics[STATICS] = {{&b->map, NULL}, {&b->map, &moved}};
         evaluate(b, statics, n % 7 == 0 ? 2 : 1, &pose, &config);
     }
-    tell(b, "random", poses);
+    tell(b, name, poses);
     CHECK(b->touching > (uint64_t)poses / 50 && b->deep > (uint64_t)poses / 200);
 }
 
 /* A walk that a hand could make, at a kilohertz: it drifts towards random places, turns slowly, rests, and
  * now and then jumps; the second static moves by itself. */
-static void trajectory_part(bed *b, int poses)
+static void trajectory_part(bed *b, const char *name, config_maker *make, int poses)
 {
     begin(b);
     vxs_pose pose = vxs_pose_identity(), goal = pose, other = pose;
@@ -168,11 +187,11 @@ static void trajectory_part(bed *b, int poses)
         if (length < 1e-3) pose.orientation[0] = 1;
         other.position[0] = 0.02 + 1e-5 * n;
         other.orientation[2] = 1e-4 * n;
-        vxs_contact_config config = config_of(n / 1000);
+        vxs_contact_config config = make(n / 1000);
         const vxs_contact_static statics[STATICS] = {{&b->map, NULL}, {&b->map, &other}};
         evaluate(b, statics, n / 2000 % 2 ? 2 : 1, &pose, &config);
     }
-    tell(b, "trajectory", poses);
+    tell(b, name, poses);
     for (int n = 0; n < b->count; n++)
         fprintf(stderr, "kernel %u culling %u: %.1f points looked at in a tick\n",
                 (unsigned)b->variants[n].kernel, (unsigned)b->variants[n].culling,
@@ -189,8 +208,11 @@ int main(int argc, char **argv)
     static bed b;
     open_bed(&b, argv[1], argv[2]);
     fprintf(stderr, "%u points, %d variants\n", (unsigned)b.shell.point_count, b.count);
-    random_part(&b, atoi(argv[3]));
-    trajectory_part(&b, atoi(argv[3]) / 4);
+    const int poses = atoi(argv[3]);
+    random_part(&b, "random", config_of, poses);
+    trajectory_part(&b, "trajectory", config_of, poses / 4);
+    random_part(&b, "random deep", deep_config_of, poses / 5);
+    trajectory_part(&b, "trajectory deep", deep_config_of, poses / 5);
     close_bed(&b);
     return 0;
 }

@@ -24,7 +24,7 @@ enum { IS_SANITIZED = 1, TICKS = 100000 };
 #else
 enum { IS_SANITIZED = 0, TICKS = 1000000 };
 #endif
-enum { LAWS = 3, COUPLINGS = 4, BENCHES = LAWS * COUPLINGS };
+enum { LAWS = 4, COUPLINGS = 4, BENCHES = LAWS * COUPLINGS };
 
 static long calls;
 
@@ -99,6 +99,10 @@ static void open_all(servo_bench *benches)
         b->map = open_voxmap(&b->map_bytes);
         b->servo_config.coupling.kind = VXS_COUPLING_NONE + (uint32_t)(n / LAWS);
         b->servo_config.contact.law = VXS_CONTACT_ORIGINAL + (uint32_t)(n % LAWS);
+        if (b->servo_config.contact.law >= VXS_CONTACT_GRADIENT)
+            b->servo_config.contact.field = VXS_CONTACT_DISTANCE;
+        if (b->servo_config.contact.law == VXS_CONTACT_PATCH)
+            b->servo_config.contact.most_stiffness = 1e4;
         bench_open(b);
         CHECK_INT(vxs_device_arm(b->device), VXS_OK);
     }

@@ -219,7 +219,7 @@ std::vector<ContactBench> bench_contact(const vxs_voxmap &map, const vxs_pointsh
 {
     const Places places(map);
     const Memory memory(vxs_contact_memory(&shell, 1));
-    const bool with_distance = vxs_contact_has_signed_distance(&map);
+    const bool with_distance = vxs_contact_has_field(&map, VXS_CONTACT_DISTANCE);
     progress.stage("bench", std::size(motions) * std::size(modes) * (with_distance ? 2 : 1));
     std::vector<ContactBench> out;
     for (const Motion &motion : motions) {
@@ -227,7 +227,7 @@ std::vector<ContactBench> bench_contact(const vxs_voxmap &map, const vxs_pointsh
         for (int field = 0; field <= (with_distance ? 1 : 0); ++field) {
             vxs_contact_config config;
             vxs_contact_config_default(&config);
-            if (field) config.law = VXS_CONTACT_GRADIENT;
+            if (field) config.law = VXS_CONTACT_GRADIENT, config.field = VXS_CONTACT_DISTANCE;
             for (const Mode &mode : modes) {
                 vxs_contact *contact = make_contact(memory, shell);
                 vxs_contact_use(contact, mode.kernel);

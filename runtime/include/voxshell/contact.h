@@ -2,23 +2,53 @@
  *
  * contact.h - force and torque on a moving pointshell in a voxmap.
  *
- * Source: METHOD section 3 (paper section 4). A point collides if its cell is a surface cell.
- * For a colliding point p with inward unit normal n_p in a cell with centre c:
- *   original  (McNeely)  d = max(0, (c - p) . n_p),  F_p = k d n_p
- *   average   (paper)    the same with one normal n for all: the normalised mean of the n_p of
- *                        all colliding points
- *   gradient  d and n of each point from the map's signed distance, interpolated linearly between cell
- *             centres: d = max(0, -distance), n along its gradient; points in interior cells too, as far as
- *             the channel's band reaches (beyond it they are `deep`)
+ * Source: METHOD section 3 (paper section 4). A law gives each point that collides a direction, a field its
+ * depth d, a weighting its share; F_p = k d n.
+ *
+ * Laws, for points p with inward unit normals n_p:
+ *
+ *   original  (McNeely)  each along its own n_p
+ *
+ *   average   (paper)    all along one n: the normalised mean of the n_p of all colliding points. Where
+ *             that cancels (|mean| < 0.1), as `patch`
+ *
+ *   patch     each along the mean of the n_p that belong to its own. Normals are gathered in 96 fixed
+ *             cells of directions (a cube's faces, each cut in 4 x 4 at angles of 22.5 degrees, in the
+ *             shell's frame, so that a point never changes its cell). The n_p of another cell belong to
+ *             those of this one in full where the mean normals of both are within 25 degrees, not at all
+ *             beyond 45 degrees, in between by a share s^2 (3 - 2 s), s linear in the cosine. Where all
+ *             belong together there is one patch, and this is `average` to the last bit. No mean of a
+ *             patch cancels
+ *
+ *   gradient  along the gradient of the map's distance at p; with the field distance only
+ *
+ * Fields, for a point in a cell with centre c:
+ *
+ *   surface   (paper) collides in a surface cell; d = max(0, (c - p) . n). In an interior cell it is
+ *             `deep`, and gives no force
+ *
+ *   layers    collides in a surface or interior cell; d = the larger of that, and of -R h (|N0| + |N1| +
+ *             |N2|) (n_p . n): R the map's layer numbers, interpolated linearly along each axis between the
+ *             centres of cells, N the point's n_p in the map's frame. So a plate without an interior pushes
+ *             as with `surface`, and a point that sinks into a wall is pushed out ever more: rings of a plane
+ *             follow each other every h (|N0| + |N1| + |N2|), and R does not jump from one to the next.
+ *             Beyond the last layer R stays as it is there, and the point is `deep` too
+ *
+ *   distance  collides where the map's signed distance D, interpolated in the same way, is below 0;
+ *             d = max(0, -D n_p . n): what of the way out leads along n. Beyond the band D stays as it is
+ *             there, and the point is `deep` too. With the law gradient d = -D, and a point that is beyond
+ *             the band, where there is no direction, gives no force
+ *
  * Torque = sum (p - o) x F_p. Sums run in point order, in four interleaved
  * double sums.
  *
- * The tick is two passes. Probe, in float32, the points that are not culled: u = (R/h) x + b, cell =
+ * The tick is two passes and more. Probe, in float32, the points that are not culled: u = (R/h) x + b, cell =
  * floor(u), where R/h and b = (t - h origin_cell)/h are computed in double and rounded once, and u_i = ((m_i0
  * x + m_i1 y) + m_i2 z) + b_i in this order; it lists the colliding points and their cells. Evaluate, in
  * double, from the stored float32 points and those cells, relative to the box's corner: p = R x + (t - h
- * origin_cell), c = h (cell + 1/2), in the shell's frame. So the wrench is the same to the last bit on any
- * machine, with any instruction set and any culling.
+ * origin_cell), c = h (cell + 1/2), in the shell's frame; depths of channels, and normals that are not the
+ * shell's, are rounded to float32 once. So the wrench is the same to the last bit on any machine, with any
+ * instruction set and any culling.
  */
 #ifndef VOXSHELL_CONTACT_H
 #define VOXSHELL_CONTACT_H
@@ -32,7 +62,10 @@ extern "C" {
 #endif
 
 /* Laws. */
-enum { VXS_CONTACT_ORIGINAL = 1, VXS_CONTACT_AVERAGE = 2, VXS_CONTACT_GRADIENT = 3 };
+enum { VXS_CONTACT_ORIGINAL = 1, VXS_CONTACT_AVERAGE = 2, VXS_CONTACT_GRADIENT = 3, VXS_CONTACT_PATCH = 4 };
+
+/* Fields. */
+enum { VXS_CONTACT_SURFACE = 1, VXS_CONTACT_LAYERS = 2, VXS_CONTACT_DISTANCE = 3 };
 
 /* How points are weighted.
  *   COUNT         each counts the same: k in N/m per point (the paper)
@@ -41,33 +74,41 @@ enum { VXS_CONTACT_ORIGINAL = 1, VXS_CONTACT_AVERAGE = 2, VXS_CONTACT_GRADIENT =
 enum { VXS_CONTACT_COUNT = 1, VXS_CONTACT_COUNT_CAPPED = 2, VXS_CONTACT_AREA = 3 };
 
 enum {
-    VXS_CONTACT_MAX_PATCHES = 8, /* normals that cancel are split into at most so many patches */
     VXS_CONTACT_CAP_POINTS = 10, /* COUNT_CAPPED */
     VXS_CONTACT_MAX_STATICS = 4096
 };
 
 /* Flags of a result. */
 enum {
-    VXS_CONTACT_DEEP = 1 << 0,           /* a point is too deep inside to give a force */
-    VXS_CONTACT_MEAN_CANCELLED = 1 << 1, /* average: |mean normal| < 0.1, evaluated per patch */
+    VXS_CONTACT_DEEP = 1 << 0,           /* a point is deeper than the field reaches */
+    VXS_CONTACT_MEAN_CANCELLED = 1 << 1, /* average: |mean normal| < 0.1, evaluated as `patch` */
     VXS_CONTACT_OUT_OF_MAP = 1 << 2,     /* the shell's bounding sphere is beyond every map's box: free */
     VXS_CONTACT_OVERFLOW =
         1 << 3, /* more hits than points, through several statics: wrench of those that fit */
     VXS_CONTACT_INVALID = 1 << 4, /* pose or config refused, or wrench not finite: zero wrench */
     VXS_CONTACT_OVER_BUDGET =
-        1 << 6, /* more than most_points were looked at, at the coarsest level of detail */
+        1 << 6,                    /* more than most_points were looked at, at the coarsest level of detail */
+    VXS_CONTACT_SOFTENED = 1 << 7, /* most_stiffness acted */
     VXS_CONTACT_WRONG_SKIP = 1 << 5 /* VXS_CONTACT_CHECKED only: a map's clearance is not that of its cells */
 };
 
 /* Config. */
 typedef struct vxs_contact_config {
     uint32_t struct_size;
-    uint32_t law;       /* VXS_CONTACT_ORIGINAL, _AVERAGE (default), _GRADIENT */
+    uint32_t law;       /* VXS_CONTACT_ORIGINAL, _AVERAGE (default), _PATCH, _GRADIENT */
+    uint32_t field;     /* VXS_CONTACT_SURFACE (default), _LAYERS, _DISTANCE */
     uint32_t weighting; /* VXS_CONTACT_COUNT (default), _COUNT_CAPPED, _AREA */
     /* 0 (default): no limit. Else so many points are looked at at most, at levels of detail as coarse as that
      * needs; only with AREA, and after vxs_contact_add_levels(). */
     uint32_t most_points;
     double stiffness; /* k > 0, finite: [N/m] per point, [N/m^3] with AREA; default 1000 */
+    /* 0 (default): no bound, and no cost. Else no contact is stiffer than this as a whole [N/m]: one factor
+     * on the wrench, so that its direction stays. How stiff: the largest eigenvalue (or up to 0.05 % more) of
+     * K = sum k_p v v^T, v = (n, (p - o) x n / r) with r the shell's radius: that of the 6 x 6 matrix from a
+     * small motion to its wrench, rotations scaled by r. k_p is k and the point's share in full from d = 0
+     * on; from half a cell outside it grows to that linearly, as far as a point that does not push yet is
+     * seen there (in its surface cell), so that the factor does not jump. */
+    double most_stiffness;
     double reference[3]; /* o, the point about which torque is taken, in the shell's frame [m]; default 0 */
 } vxs_contact_config;
 
@@ -76,9 +117,11 @@ typedef struct vxs_contact_result {
     vxs_wrench wrench; /* on the object, about config.reference; exactly 0 without a colliding point */
     double normal[3];  /* unit mean inward normal of the colliding points; 0 without any or if it cancels */
     double depth;      /* largest d [m] */
-    uint32_t points;   /* colliding: in a surface cell; gradient: of distance below 0 */
-    uint32_t deep_points; /* in an interior cell; gradient: beyond the distance's band */
-    uint32_t patches;     /* 0 without a colliding point, 1, or more after VXS_CONTACT_MEAN_CANCELLED */
+    double stiffness;  /* with most_stiffness: of the contact before that bounds it [N/m] */
+    uint32_t points;   /* colliding, as the field says */
+    uint32_t deep_points; /* deeper than the field reaches */
+    /* 0 without a colliding point, else 1; or split: so many means of which no two belong together in full */
+    uint32_t patches;
     uint32_t level;  /* coarsest level of detail: 0 all points, 1 a quarter, 2 a sixteenth, 3 one a cluster */
     uint32_t probed; /* points whose cell was looked up; the others were culled */
     uint32_t flags;
@@ -99,11 +142,12 @@ typedef struct vxs_contact vxs_contact;
 /* Thread: any, rt-safe. */
 VXS_API void vxs_contact_config_default(vxs_contact_config *config);
 
-/* VXS_OK; VXS_CONFIG; VXS_PARAM for an unknown law or weighting, or a number out of range.
+/* VXS_OK; VXS_CONFIG; VXS_PARAM for an unknown law, field or weighting, or a number out of range;
+ * VXS_LAW_FIELD for a law that the field cannot serve: gradient with surface or layers.
  * Thread: any, rt-safe. */
 VXS_API vxs_result vxs_contact_config_check(const vxs_contact_config *config);
 
-/* Bytes for vxs_contact_init(): about 42 a point, and 9 a cluster and static. 0 for a NULL shell.
+/* Bytes for vxs_contact_init(): about 46 a point, and 9 a cluster and static. 0 for a NULL shell.
  * Thread: any, rt-safe. */
 VXS_API size_t vxs_contact_memory(const vxs_pointshell *shell, uint32_t statics);
 
@@ -140,9 +184,9 @@ typedef enum vxs_contact_culling {
  * Thread: the contact's, rt-safe. */
 VXS_API vxs_result vxs_contact_cull(vxs_contact *contact, uint32_t culling);
 
-/* Whether the law gradient can use the map: it has the channel, with a sign. Without, an evaluation is
+/* Whether the map has the channel of a field: layers; for distance a signed one. Without, an evaluation is
  * VXS_CONTACT_INVALID. Thread: any, rt-safe. */
-VXS_API int vxs_contact_has_signed_distance(const vxs_voxmap *map);
+VXS_API int vxs_contact_has_field(const vxs_voxmap *map, uint32_t field);
 
 /* Time-critical contact: bytes for vxs_contact_add_levels(), about 9 a point. Thread: any, rt-safe. */
 VXS_API size_t vxs_contact_levels_memory(const vxs_pointshell *shell);

@@ -49,6 +49,9 @@ extern "C" {
     X(SAMPLE_TIME, -62, "coupling: sample time outside 1e-5 .. 0.1 s")                                       \
     X(GAIN, -63, "coupling: gain not finite or not positive")                                                \
     X(IMPEDANCE, -64, "coupling: stiffness, damping, mass or radius not finite or not positive")             \
+    X(LAW_FIELD, -70,                                                                                        \
+      "contact: the law gradient takes its direction from the field distance, and from no other")            \
+    X(CHANNEL, -71, "contact: a map has not got the channel that the field needs")                           \
     X(NO_THREAD, -80, "the servo thread could not be started")
 
 typedef enum vxs_result {
