@@ -104,8 +104,10 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
 {
     PartOptions with_voxel = options;
     with_voxel.voxel = scene.voxel;
-    constexpr double band = 3; // [cells]: deeper than that a hand has lost the wall
-    if (scene.law == ContactLaw::gradient && with_voxel.channels.distance_cells == 0) with_voxel.channels.distance_cells = band;
+    constexpr int reach = 3; // [cells]: deeper than that a hand has lost the wall
+    ChannelRequest &channels = with_voxel.channels;
+    if (scene.field == ContactField::distance && channels.distance_cells == 0) channels.distance_cells = reach;
+    if (scene.field == ContactField::layers && channels.layers == 0) channels.layers = reach;
     PartOptions moving = with_voxel;
     moving.stands = false;
     moving.channels = {}; // its map is not written, nor is the shell of what stands

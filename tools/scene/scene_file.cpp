@@ -104,15 +104,27 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder)
 
 void contact(const JsonPlace &at, SceneFile &scene)
 {
-    const JsonObject object(at, {"law", "weighting", "stiffness", "budget"});
+    const JsonObject object(at, {"law", "field", "weighting", "stiffness", "most_stiffness", "budget"});
     if (const auto law = object.find("law")) {
-        scene.law = static_cast<ContactLaw>(law->choice({"original", "average", "gradient"}));
+        scene.law = static_cast<ContactLaw>(law->choice({"original", "average", "patch", "gradient"}));
+        if (scene.law == ContactLaw::gradient) {
+            scene.field = ContactField::distance;
+        }
+    }
+    if (const auto field = object.find("field")) {
+        scene.field = static_cast<ContactField>(field->choice({"surface", "layers", "distance"}));
+        if (scene.law == ContactLaw::gradient && scene.field != ContactField::distance) {
+            field->refuse("law gradient takes its direction from field distance; original, average and patch work with any field");
+        }
     }
     if (const auto weighting = object.find("weighting")) {
         scene.weighting = static_cast<Weighting>(weighting->choice({"count", "count-capped", "area"}));
     }
     scene.stiffness = positive(object.get("stiffness"), scene.weighting == Weighting::area ? Dimension::foundation
                                                                                           : Dimension::stiffness);
+    if (const auto most = object.find("most_stiffness")) {
+        scene.most_stiffness = positive(*most, Dimension::stiffness);
+    }
     if (const auto budget = object.find("budget")) {
         if (scene.weighting != Weighting::area) {
             budget->refuse("fewer points weigh the same only with weighting area");

@@ -9,7 +9,8 @@
 //                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in glTF
 //     "dynamic": [{"file": "sphere.glb"}],             exactly one
 //     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
-//         law: original|average|gradient (its map gets a distance channel); weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
+//         law: original|average|patch|gradient; field: surface|layers|distance (its map gets that channel; with gradient: distance
+//         alone, and of itself); most_stiffness: "5N/mm" bounds the whole contact; weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
 //         budget, with area only: "20us": what contact may take in a tick, at coarser levels of detail if need be
 //     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
 //         none, or pt2 with "prewarp": true if its frequency is to be exact; instead of frequency and damping also
@@ -77,7 +78,8 @@ struct HandPath {
     Pose at(double t) const;
 };
 
-enum class ContactLaw { original, average, gradient };
+enum class ContactLaw { original, average, patch, gradient };
+enum class ContactField { surface, layers, distance };
 enum class Weighting { count, count_capped, area };
 enum class CouplingKind { none, pt2, spring_damper, quasi_static };
 
@@ -102,8 +104,10 @@ struct SceneFile {
     std::vector<ScenePart> statics;
     ScenePart dynamic; ///< its pose turns the part into the frame that the device moves
     ContactLaw law = ContactLaw::average;
+    ContactField field = ContactField::surface;
     Weighting weighting = Weighting::count;
     double budget = 0;      ///< of contact in a tick [s], 0: none
+    double most_stiffness = 0; ///< of the contact as a whole [N/m], 0: no bound
     double stiffness = 500; ///< count: [N/m] per point, area: [N/m^3]
     CouplingKind coupling = CouplingKind::pt2;
     bool design = false;            ///< pt2, quasi_static: their numbers come from an automatic design

@@ -43,12 +43,17 @@ vxs_contact_config contact_of(const SceneFile &scene)
     vxs_contact_config config;
     vxs_contact_config_default(&config);
     config.law = scene.law == ContactLaw::original   ? VXS_CONTACT_ORIGINAL
+                 : scene.law == ContactLaw::patch    ? VXS_CONTACT_PATCH
                  : scene.law == ContactLaw::gradient ? VXS_CONTACT_GRADIENT
                                                      : VXS_CONTACT_AVERAGE;
+    config.field = scene.field == ContactField::layers     ? VXS_CONTACT_LAYERS
+                   : scene.field == ContactField::distance ? VXS_CONTACT_DISTANCE
+                                                           : VXS_CONTACT_SURFACE;
     config.weighting = scene.weighting == Weighting::area           ? VXS_CONTACT_AREA
                        : scene.weighting == Weighting::count_capped ? VXS_CONTACT_COUNT_CAPPED
                                                                     : VXS_CONTACT_COUNT;
     config.stiffness = scene.stiffness;
+    config.most_stiffness = scene.most_stiffness;
     check(vxs_contact_config_check(&config), scene.path.string() + ": /contact");
     return config;
 }
@@ -419,14 +424,15 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
             progress.check();
         }
     }
-    const char *law = scene.law == ContactLaw::original ? "original" : scene.law == ContactLaw::gradient ? "gradient" : "average";
+    constexpr const char *laws[] = {"original", "average", "patch", "gradient"}, *fields[] = {"surface", "layers", "distance"};
     std::string guards;
     for (const vxs_effect &effect : effects) {
         guards += std::string(", ") + vxs_effect_kind_name(effect.kind);
     }
     return {
         {"exchange", fmt::format("{}: pose and velocity in, the last command out", options.device), durations(exchange)},
-        {"contact", fmt::format("{} points into cells of {} mm, law {}", shell.point_count, 1e3 * map.voxel, law),
+        {"contact", fmt::format("{} points into cells of {} mm, law {}, field {}", shell.point_count, 1e3 * map.voxel,
+                                laws[static_cast<int>(scene.law)], fields[static_cast<int>(scene.field)]),
          durations(contact)},
         {"coupling", felt + (scene.coupling == CouplingKind::quasi_static ? fmt::format(", contact evaluated up to {} times", scene.evaluations) : ", six axes"),
          durations(couple)},
@@ -444,6 +450,7 @@ std::string flag_name(unsigned bit)
     case VXS_CONTACT_INVALID: return "invalid";
     case VXS_CONTACT_WRONG_SKIP: return "wrong-skip";
     case VXS_CONTACT_OVER_BUDGET: return "over-budget";
+    case VXS_CONTACT_SOFTENED: return "softened";
     case VXS_SERVO_OFF: return "off";
     case VXS_SERVO_RAMPING: return "ramping";
     case VXS_SERVO_START_IN_CONTACT: return "start-in-contact";

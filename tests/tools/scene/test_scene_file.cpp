@@ -215,6 +215,20 @@ TEST_CASE("guards: safe by default, a list replaces them")
     CHECK(refusal(guarded(R"({"kind": "slew"})")).starts_with("/guards: must be a list"));
 }
 
+TEST_CASE("laws and fields")
+{
+    const auto contact = [](const std::string &text) {
+        return read(with("\"hand\"", R"("contact": {"stiffness": "1N/m", )" + text + R"(}, "hand")"));
+    };
+    CHECK(contact(R"("law": "patch")").field == ContactField::surface);
+    CHECK(contact(R"("law": "gradient")").field == ContactField::distance);
+    CHECK(contact(R"("law": "gradient", "field": "distance")").law == ContactLaw::gradient);
+    const SceneFile scene = contact(R"("law": "patch", "field": "layers", "most_stiffness": "5N/mm")");
+    CHECK(scene.law == ContactLaw::patch);
+    CHECK(scene.field == ContactField::layers);
+    CHECK(scene.most_stiffness == 5000);
+}
+
 TEST_CASE("every refusal names the place and the fix")
 {
     CHECK(refusal(with("\"voxel\"", "\"voxle\"")) == "/voxle: unknown key; did you mean \"voxel\"?");
@@ -232,8 +246,12 @@ TEST_CASE("every refusal names the place and the fix")
     CHECK(refusal(with("scene/1", "scene/2")) ==
           "/scene: \"voxshell-scene/2\" is not a version that this voxshell reads: voxshell-scene/1");
     CHECK(refusal(with("{\"file\": \"sphere.glb\"}", "")) == "/dynamic: must be a list of 1");
-    CHECK(refusal(with("\"hand\"", R"("contact": {"law": "patch", "stiffness": "1N/m"}, "hand")")) ==
-          "/contact/law: \"patch\" is not original, average or gradient");
+    CHECK(refusal(with("\"hand\"", R"("contact": {"law": "patches", "stiffness": "1N/m"}, "hand")")) ==
+          "/contact/law: \"patches\" is not original, average, patch or gradient");
+    for (const char *field : {"surface", "layers"}) {
+        CHECK(refusal(with("\"hand\"", R"("contact": {"law": "gradient", "stiffness": "1N/m", "field": ")" + std::string(field) + R"("}, "hand")")) ==
+              "/contact/field: law gradient takes its direction from field distance; original, average and patch work with any field");
+    }
     CHECK(refusal(with("\"hand\"", R"("contact": {"weighting": "area", "stiffness": "1N/m"}, "hand")")) ==
           "/contact/stiffness: \"1N/m\" is not a number with a unit of N/m^3 or N/mm^3");
     CHECK(refusal(with("\"hand\"", R"("voxel": "1mm", "hand")")) == "key \"voxel\" occurs twice in one object");
