@@ -14,9 +14,16 @@ namespace hard {
 const std::vector<Pair> &pairs()
 {
     static const std::vector<Pair> rows{
-        {"original/surface", VXS_CONTACT_ORIGINAL, 1},
-        {"average/surface", VXS_CONTACT_AVERAGE, 1},
-        {"gradient/distance", VXS_CONTACT_GRADIENT, 3},
+        {"original/surface", VXS_CONTACT_ORIGINAL, VXS_CONTACT_SURFACE},
+        {"average/surface", VXS_CONTACT_AVERAGE, VXS_CONTACT_SURFACE},
+        {"patch/surface", VXS_CONTACT_PATCH, VXS_CONTACT_SURFACE},
+        {"original/layers", VXS_CONTACT_ORIGINAL, VXS_CONTACT_LAYERS},
+        {"average/layers", VXS_CONTACT_AVERAGE, VXS_CONTACT_LAYERS},
+        {"patch/layers", VXS_CONTACT_PATCH, VXS_CONTACT_LAYERS},
+        {"original/distance", VXS_CONTACT_ORIGINAL, VXS_CONTACT_DISTANCE},
+        {"average/distance", VXS_CONTACT_AVERAGE, VXS_CONTACT_DISTANCE},
+        {"patch/distance", VXS_CONTACT_PATCH, VXS_CONTACT_DISTANCE},
+        {"gradient/distance", VXS_CONTACT_GRADIENT, VXS_CONTACT_DISTANCE},
     };
     return rows;
 }
@@ -31,19 +38,29 @@ bool none(const Pair &)
     return false;
 }
 
+bool reads_surface(const Pair &pair)
+{
+    return pair.field == VXS_CONTACT_SURFACE;
+}
+
+bool is_conservative(const Pair &pair)
+{
+    return pair.law == VXS_CONTACT_GRADIENT;
+}
+
 bool reads_distance(const Pair &pair)
 {
-    return pair.field == 3;
+    return pair.field == VXS_CONTACT_DISTANCE;
 }
 
 bool has_common_normal(const Pair &pair)
 {
-    return pair.law != VXS_CONTACT_ORIGINAL;
+    return pair.law == VXS_CONTACT_AVERAGE || reads_distance(pair);
 }
 
 bool splits(const Pair &pair)
 {
-    return pair.law == VXS_CONTACT_GRADIENT;
+    return reads_distance(pair) && (pair.law == VXS_CONTACT_PATCH || pair.law == VXS_CONTACT_GRADIENT);
 }
 
 std::string number(double value)
@@ -124,6 +141,7 @@ vxs_contact_config config_of(const Pair &pair, double foundation)
     vxs_contact_config config;
     vxs_contact_config_default(&config);
     config.law = pair.law;
+    config.field = pair.field;
     config.weighting = VXS_CONTACT_AREA;
     config.stiffness = foundation;
     return config;
@@ -141,9 +159,7 @@ bool is_finite(const vxs_wrench &w)
 Touch::Touch(const Asset &fixed, const Asset &moving, const Pair &pair, Measured &measured, double foundation)
     : config(config_of(pair, foundation)), statics{&fixed.map, nullptr}, measured_(&measured)
 {
-    if (reads_distance(pair) && !vxs_contact_has_signed_distance(&fixed.map)) {
-        measured.refuse("no inside, so no signed distance");
-    }
+    if (!vxs_contact_has_field(&fixed.map, pair.field)) measured.refuse("no inside, so no signed distance");
     open(fastest_, moving, VXS_CONTACT_FASTEST, VXS_CONTACT_CHECKED);
     open(plain_, moving, VXS_CONTACT_SCALAR, VXS_CONTACT_BRUTE);
 }

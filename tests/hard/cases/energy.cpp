@@ -57,7 +57,7 @@ extern const Case energy{
     "a ball pressed into a tilted floor, moved along and lifted elsewhere: what it gives beyond what it took",
     "energy created, of what was stored",
     0.1,
-    reads_distance,
+    is_conservative,
     run};
 
 } // namespace hard

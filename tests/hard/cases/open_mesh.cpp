@@ -29,7 +29,7 @@ extern const Case open_mesh{"open_mesh",
                             "a sheet without an inside: the same as the top of a block",
                             "wrench off the clean part's",
                             1e-9,
-                            all,
+                            reads_surface,
                             run};
 
 } // namespace hard

@@ -13,10 +13,6 @@ Mesh other()
     return solids::join(solids::box({-20e-3, -7.5e-3, -20e-3}, {3.2e-3, 0.5e-3, 20e-3}),
                         solids::box({1.1e-3, -7.5e-3, -20e-3}, {20e-3, 0.5e-3, 20e-3}));
 }
-bool reads_surface(const Pair &pair)
-{
-    return pair.field == 1;
-}
 
 void run(const Pair &pair, const Options &, Measured &m)
 {
