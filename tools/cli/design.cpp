@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// voxshell design: the coupling for a device, the arms that hold it and a contact, as a table, JSON and pictures.
+// voxshell design: the coupling for a device, the arms that hold it and a contact, as a table, JSON and
+// pictures.
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/scene_assets.hpp"
@@ -39,7 +40,8 @@ double quantity(const std::string &option, const std::string &text, Dimension di
     const auto value = parse_quantity(text, dimension);
     if (!value || !(*value > 0)) {
         throw Failure(ExitCode::usage, "",
-                      option + ": '" + text + "' is not a number above zero with a unit of " + units_of(dimension));
+                      option + ": '" + text + "' is not a number above zero with a unit of " +
+                          units_of(dimension));
     }
     return *value;
 }
@@ -83,9 +85,12 @@ Question question_of(const DesignOptions &o, Progress &progress)
     if (scene && !o.rate.empty()) {
         throw Failure(ExitCode::usage, "", "the scene says the rate: leave out --rate");
     }
-    const double rate = scene ? scene->rate : o.rate.empty() ? 0 : quantity("--rate", o.rate, Dimension::frequency);
+    const double rate = scene            ? scene->rate
+                        : o.rate.empty() ? 0
+                                         : quantity("--rate", o.rate, Dimension::frequency);
     vxs_simulated_config device = simulated_device(q.device, rate);
-    if (!(device.sample_time >= VXS_COUPLING_MIN_SAMPLE_TIME && device.sample_time <= VXS_COUPLING_MAX_SAMPLE_TIME)) {
+    if (!(device.sample_time >= VXS_COUPLING_MIN_SAMPLE_TIME &&
+          device.sample_time <= VXS_COUPLING_MAX_SAMPLE_TIME)) {
         throw Failure(ExitCode::usage, "", "--rate must be between 10Hz and 100kHz");
     }
     device.delay_samples = o.delay ? o.delay : device.delay_samples;
@@ -149,7 +154,8 @@ json margins_json(const Margins &margins)
             {"delay_ms", number(1e3 * margins.delay_s)}};
 }
 
-template <class F> json by_arm(const Design &design, F value)
+template<class F>
+json by_arm(const Design &design, F value)
 {
     json out = json::object();
     for (const ArmDesign &arm : design.arms) {
@@ -195,38 +201,41 @@ json as_json(const Question &q, const Design &d)
         for (std::size_t n = 0; n < d.arms.size(); ++n) row[d.arms[n].arm] = number(largest[n]);
         filters.push_back(row);
     }
-    return {{"schema", "voxshell-design/1"},
-            {"version", tool_version()},
-            {"device", q.device},
-            {"rate_hz", 1 / d.input.device.sample_time},
-            {"delay_samples", d.input.device.delay_samples},
-            {"coupling", vxs_coupling_kind_name(d.coupling.kind)},
-            {"automatic", d.input.automatic},
-            {"omega0_hz", is_pt2 ? json(d.coupling.omega0 / two_pi) : json(nullptr)},
-            {"damping", is_pt2 ? json(d.coupling.damping) : json(nullptr)},
-            {"gain", is_pt2 ? d.coupling.gain : 1.0},
-            {"spring_n_per_m", d.coupling.kind == VXS_COUPLING_QUASI_STATIC ? json(d.coupling.stiffness) : json(nullptr)},
-            {"bandwidth_hz", d.bandwidth_hz},
-            {"contact_n_per_m", d.input.stiffness},
-            {"contact_source", q.source},
-            {"seen_n_per_m", d.seen},
-            {"assume", assume},
-            {"k_max_n_per_m", by_arm(d, [](const ArmDesign &arm) { return number(arm.largest_stiffness); })},
-            {"k_hunting_n_per_m", by_arm(d, [](const ArmDesign &arm) { return number(arm.hunting_stiffness); })},
-            {"margins", margins_json(d.worst)},
-            {"margins_held", d.margins_held},
-            {"margins_by_arm", by_arm(d, [](const ArmDesign &arm) { return margins_json(arm.margins); })},
-            {"passive", by_arm(d, [](const ArmDesign &arm) { return json(arm.passive()); })},
-            {"k_passive_n_per_m", by_arm(d, [](const ArmDesign &arm) { return number(arm.passive_stiffness); })},
-            {"damping_missing_ns_per_m", by_arm(d, [](const ArmDesign &arm) { return json(arm.damping_missing); })},
-            {"quantisation_n_per_m", number(d.quantisation)},
-            {"unfiltered_free",
-             {{"k_passive_n_per_m", number(d.unfiltered.passive_stiffness)},
-              {"damping_missing_ns_per_m", d.unfiltered.damping_missing},
-              {"rate_needed_hz", number(d.unfiltered.rate_needed)}}},
-            {"k_max_by_filter", filters},
-            {"refused", d.refused},
-            {"advice", d.advice}};
+    return {
+        {"schema", "voxshell-design/1"},
+        {"version", tool_version()},
+        {"device", q.device},
+        {"rate_hz", 1 / d.input.device.sample_time},
+        {"delay_samples", d.input.device.delay_samples},
+        {"coupling", vxs_coupling_kind_name(d.coupling.kind)},
+        {"automatic", d.input.automatic},
+        {"omega0_hz", is_pt2 ? json(d.coupling.omega0 / two_pi) : json(nullptr)},
+        {"damping", is_pt2 ? json(d.coupling.damping) : json(nullptr)},
+        {"gain", is_pt2 ? d.coupling.gain : 1.0},
+        {"spring_n_per_m",
+         d.coupling.kind == VXS_COUPLING_QUASI_STATIC ? json(d.coupling.stiffness) : json(nullptr)},
+        {"bandwidth_hz", d.bandwidth_hz},
+        {"contact_n_per_m", d.input.stiffness},
+        {"contact_source", q.source},
+        {"seen_n_per_m", d.seen},
+        {"assume", assume},
+        {"k_max_n_per_m", by_arm(d, [](const ArmDesign &arm) { return number(arm.largest_stiffness); })},
+        {"k_hunting_n_per_m", by_arm(d, [](const ArmDesign &arm) { return number(arm.hunting_stiffness); })},
+        {"margins", margins_json(d.worst)},
+        {"margins_held", d.margins_held},
+        {"margins_by_arm", by_arm(d, [](const ArmDesign &arm) { return margins_json(arm.margins); })},
+        {"passive", by_arm(d, [](const ArmDesign &arm) { return json(arm.passive()); })},
+        {"k_passive_n_per_m", by_arm(d, [](const ArmDesign &arm) { return number(arm.passive_stiffness); })},
+        {"damping_missing_ns_per_m",
+         by_arm(d, [](const ArmDesign &arm) { return json(arm.damping_missing); })},
+        {"quantisation_n_per_m", number(d.quantisation)},
+        {"unfiltered_free",
+         {{"k_passive_n_per_m", number(d.unfiltered.passive_stiffness)},
+          {"damping_missing_ns_per_m", d.unfiltered.damping_missing},
+          {"rate_needed_hz", number(d.unfiltered.rate_needed)}}},
+        {"k_max_by_filter", filters},
+        {"refused", d.refused},
+        {"advice", d.advice}};
 }
 
 std::string cell(double value, const char *format)
@@ -237,29 +246,35 @@ std::string cell(double value, const char *format)
 void tell(const Question &q, const Design &d)
 {
     const auto &device = d.input.device;
-    fmt::print("{} at {:.6g} Hz, {} sample{} of delay; contact up to {:.4g} N/m ({})\n", q.device, 1 / device.sample_time,
-               device.delay_samples, device.delay_samples == 1 ? "" : "s", d.input.stiffness, q.source);
-    fmt::print("  device    {:.3g} kg, {:.3g} N s/m, friction {:.3g} N (assumed); steps of {:.3g} um, {:.3g} N and {:.4g} N/m at most\n",
-               device.profile.mass, device.profile.viscosity, device.profile.friction, 1e6 * device.profile.resolution,
-               device.profile.peak_force, device.profile.max_stiffness);
+    fmt::print("{} at {:.6g} Hz, {} sample{} of delay; contact up to {:.4g} N/m ({})\n", q.device,
+               1 / device.sample_time, device.delay_samples, device.delay_samples == 1 ? "" : "s",
+               d.input.stiffness, q.source);
+    fmt::print("  device    {:.3g} kg, {:.3g} N s/m, friction {:.3g} N (assumed); steps of {:.3g} um, {:.3g} "
+               "N and {:.4g} N/m at most\n",
+               device.profile.mass, device.profile.viscosity, device.profile.friction,
+               1e6 * device.profile.resolution, device.profile.peak_force, device.profile.max_stiffness);
     const char *how = d.input.automatic ? "picked" : "as given";
     if (d.coupling.kind == VXS_COUPLING_PT2) {
-        fmt::print("  coupling  pt2 {:.4g} Hz, damping {:.3g}, gain {:.4g}, {}; force bandwidth {:.4g} Hz\n", d.coupling.omega0 / two_pi,
-                   d.coupling.damping, d.coupling.gain, how, d.bandwidth_hz);
+        fmt::print("  coupling  pt2 {:.4g} Hz, damping {:.3g}, gain {:.4g}, {}; force bandwidth {:.4g} Hz\n",
+                   d.coupling.omega0 / two_pi, d.coupling.damping, d.coupling.gain, how, d.bandwidth_hz);
     } else if (d.coupling.kind == VXS_COUPLING_QUASI_STATIC) {
-        fmt::print("  coupling  quasi-static, spring of {:.4g} N/m, {}; the device feels {:.4g} N/m\n", d.coupling.stiffness, how, d.seen);
+        fmt::print("  coupling  quasi-static, spring of {:.4g} N/m, {}; the device feels {:.4g} N/m\n",
+                   d.coupling.stiffness, how, d.seen);
     } else {
         fmt::print("  coupling  none\n");
     }
-    fmt::print("\n  {:<8}{:>12}{:>11}{:>10}{:>11}{:>10}{:>16}{:>23}\n", "arm", "K_max N/m", "hunts from", "gain dB", "phase deg", "delay ms", "passive to N/m",
-               "damping missing N s/m");
+    fmt::print("\n  {:<8}{:>12}{:>11}{:>10}{:>11}{:>10}{:>16}{:>23}\n", "arm", "K_max N/m", "hunts from",
+               "gain dB", "phase deg", "delay ms", "passive to N/m", "damping missing N s/m");
     for (const ArmDesign &arm : d.arms) {
-        fmt::print("  {:<8}{:>12}{:>11}{:>10}{:>11}{:>10}{:>16}{:>23}{}\n", arm.arm, cell(arm.largest_stiffness, "{:.4g}"), cell(arm.hunting_stiffness, "{:.4g}"),
+        fmt::print("  {:<8}{:>12}{:>11}{:>10}{:>11}{:>10}{:>16}{:>23}{}\n", arm.arm,
+                   cell(arm.largest_stiffness, "{:.4g}"), cell(arm.hunting_stiffness, "{:.4g}"),
                    cell(arm.margins.gain_db, "{:.1f}"), cell(arm.margins.phase_deg, "{:.1f}"),
                    cell(1e3 * arm.margins.delay_s, "{:.2f}"), cell(arm.passive_stiffness, "{:.4g}"),
-                   arm.passive() ? "passive" : fmt::format("{:.3g}", arm.damping_missing), arm.counts ? "" : "  not assumed");
+                   arm.passive() ? "passive" : fmt::format("{:.3g}", arm.damping_missing),
+                   arm.counts ? "" : "  not assumed");
     }
-    fmt::print("\n  K_max N/m by filter (damping 1), with the hand off, a pen's, a hand's and an arm's hold:\n");
+    fmt::print(
+        "\n  K_max N/m by filter (damping 1), with the hand off, a pen's, a hand's and an arm's hold:\n");
     for (const double hertz : shown_filters_hz) {
         if (!fits(d, hertz)) continue;
         fmt::print("  {:<8}", hertz > 0 ? fmt::format("{:g} Hz", hertz) : "none");
@@ -297,7 +312,8 @@ ExitCode design(const DesignOptions &o)
     if (d.refused) {
         std::fflush(stdout);
         throw Failure(ExitCode::requirement, o.scene,
-                      "unstable with an arm that counts; soften the contact, take --coupling quasi-static, or say --assume hand if the "
+                      "unstable with an arm that counts; soften the contact, take --coupling quasi-static, "
+                      "or say --assume hand if the "
                       "device is always held");
     }
     return ExitCode::ok;
@@ -308,25 +324,44 @@ ExitCode design(const DesignOptions &o)
 VerbAction add_design(CLI::App &verb)
 {
     auto o = std::make_shared<DesignOptions>();
-    verb.add_option("SCENE", o->scene, "a scene: its device, rate, coupling and contact (default: what the options say)");
-    verb.add_option("--device", o->device, "(default the scene's, or sim:phantom-premium-1.5)")->type_name("sim:NAME");
-    verb.add_option("--rate", o->rate, "of the loop, as 4kHz; 10Hz to 100kHz (default the device's own)")->type_name("HZ");
+    verb.add_option("SCENE", o->scene,
+                    "a scene: its device, rate, coupling and contact (default: what the options say)");
+    verb.add_option("--device", o->device, "(default the scene's, or sim:phantom-premium-1.5)")
+        ->type_name("sim:NAME");
+    verb.add_option("--rate", o->rate, "of the loop, as 4kHz; 10Hz to 100kHz (default the device's own)")
+        ->type_name("HZ");
     verb.add_option("--delay", o->delay, "samples between a command and its effect, 1 to 64 (default 1)")
-        ->check(CLI::Range(1u, 64u))->type_name("N");
+        ->check(CLI::Range(1u, 64u))
+        ->type_name("N");
     verb.add_option("--stiffness", o->stiffness,
-                    "largest of the contact, as 800N/m (default: of all points that the scene's path asks for at once; without "
-                    "a scene what is recommended for the device)")->type_name("N/m");
+                    "largest of the contact, as 800N/m (default: of all points that the scene's path asks "
+                    "for at once; without "
+                    "a scene what is recommended for the device)")
+        ->type_name("N/m");
     verb.add_option("--coupling", o->coupling, "none, pt2 or quasi-static (default the scene's, or pt2)")
-        ->check(CLI::IsMember({"none", "pt2", "quasi-static"}))->type_name("KIND");
+        ->check(CLI::IsMember({"none", "pt2", "quasi-static"}))
+        ->type_name("KIND");
     verb.add_flag("--auto", o->automatic, "pick its numbers also where the scene says them");
-    verb.add_option("--frequency", o->frequency, "of a given pt2, as 5Hz; 0.05Hz to 0.49 of the rate (default: picked)")->type_name("HZ");
-    verb.add_option("--damping", o->damping, "of that pt2, 0.001 to 1000 (default 1)")->check(CLI::Range(1e-3, 1e3))->type_name("D");
-    verb.add_option("--assume", o->assume, "an arm that must hold; may be repeated (default free, pen, hand and arm)")
-        ->check(CLI::IsMember({"free", "pen", "hand", "arm"}))->type_name("ARM")->expected(1)->take_all();
-    verb.add_option("--assets", o->assets, "folder with the scene's assets (default: made for this run)")->type_name("DIR");
-    verb.add_option("-o,--output", o->out, "Bode, Nyquist and impedance plots as .svg, .png and .csv, and design.json")->type_name("DIR");
-    add_shared(verb, *o,
-               {Shared::jobs, Shared::max_memory, Shared::force, Shared::format, Shared::progress, Shared::quiet});
+    verb.add_option("--frequency", o->frequency,
+                    "of a given pt2, as 5Hz; 0.05Hz to 0.49 of the rate (default: picked)")
+        ->type_name("HZ");
+    verb.add_option("--damping", o->damping, "of that pt2, 0.001 to 1000 (default 1)")
+        ->check(CLI::Range(1e-3, 1e3))
+        ->type_name("D");
+    verb.add_option("--assume", o->assume,
+                    "an arm that must hold; may be repeated (default free, pen, hand and arm)")
+        ->check(CLI::IsMember({"free", "pen", "hand", "arm"}))
+        ->type_name("ARM")
+        ->expected(1)
+        ->take_all();
+    verb.add_option("--assets", o->assets, "folder with the scene's assets (default: made for this run)")
+        ->type_name("DIR");
+    verb.add_option("-o,--output", o->out,
+                    "Bode, Nyquist and impedance plots as .svg, .png and .csv, and design.json")
+        ->type_name("DIR");
+    add_shared(
+        verb, *o,
+        {Shared::jobs, Shared::max_memory, Shared::force, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);
         return design(*o);

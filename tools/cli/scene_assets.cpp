@@ -23,7 +23,7 @@ std::string remedy(const SceneFile &scene, const fs::path &folder)
 }
 
 std::unique_ptr<AssetFile> open(const fs::path &folder, const SceneFile &scene, const char *ending,
-                                       std::uint32_t kind, const Scene &geometry)
+                                std::uint32_t kind, const Scene &geometry)
 {
     const fs::path path = path_of(folder, scene, ending);
     auto file = std::make_unique<AssetFile>(path, kind);
@@ -39,13 +39,15 @@ void check_voxel(const SceneFile &scene, const fs::path &folder, const char *end
     if (voxel != scene.voxel) {
         throw Failure(ExitCode::invalid, path_of(folder, scene, ending).string(),
                       fmt::format("has a voxel of {}, the scene says {}", format_length(voxel),
-                                  format_length(scene.voxel)) + remedy(scene, folder));
+                                  format_length(scene.voxel)) +
+                          remedy(scene, folder));
     }
 }
 
 } // namespace
 
-SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::uint64_t max_memory, Progress &progress)
+SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::uint64_t max_memory,
+                         Progress &progress)
 {
     const SceneGeometry geometry = read_geometry(scene);
     fs::path folder = given;

@@ -17,15 +17,16 @@
 namespace voxshell {
 
 class SceneAssets {
-public:
-    /// folder: with the scene's NAME.voxmap and NAME.pointshell, as convert makes them; empty: made now, with at most
-    /// max_memory bytes (0: as convert decides). Throws Failure(invalid) for assets of another scene.
-    SceneAssets(const SceneFile &scene, const std::string &folder, std::uint64_t max_memory, Progress &progress);
+  public:
+    /// folder: with the scene's NAME.voxmap and NAME.pointshell, as convert makes them; empty: made now, with
+    /// at most max_memory bytes (0: as convert decides). Throws Failure(invalid) for assets of another scene.
+    SceneAssets(const SceneFile &scene, const std::string &folder, std::uint64_t max_memory,
+                Progress &progress);
 
     vxs_voxmap map{};
     vxs_pointshell shell{};
 
-private:
+  private:
     std::unique_ptr<TemporaryFolder> made_; // outlives the open files
     std::unique_ptr<AssetFile> voxmap_, pointshell_;
 };

@@ -163,8 +163,8 @@ std::vector<std::string> advice_of(const Design &d)
             out.push_back(fmt::format("{} {}: carries {}, is to carry {}{}",
                                       hunts ? "stable, but friction can keep it hunting," : "unstable",
                                       arm.arm == "free" ? "with the hand off" : "with " + article(arm.arm),
-                                      newtons(hunts ? arm.hunting_stiffness : arm.largest_stiffness), newtons(d.seen),
-                                      arm.counts ? "" : " (not assumed)"));
+                                      newtons(hunts ? arm.hunting_stiffness : arm.largest_stiffness),
+                                      newtons(d.seen), arm.counts ? "" : " (not assumed)"));
         }
     }
     if (!d.refused && !d.margins_held) {
@@ -224,13 +224,11 @@ Design design_coupling(const DesignInput &given)
     d.worst = worst_of(d.input, d.coupling);
     for (const vxs_simulated_config &device : held(d.input, true)) {
         const Loop loop(device, d.coupling);
-        ArmDesign arm{device.arm.name,
-                      counts(d.input, device.arm.name),
-                      loop.largest_stiffness(),
-                      hunting_stiffness(device, d.coupling),
-                      loop.passive_stiffness(),
-                      std::max(0.0, loop.damping_to_be_passive(d.seen) - loop.viscosity()),
-                      loop.margins(d.seen)};
+        ArmDesign arm{
+            device.arm.name,          counts(d.input, device.arm.name),
+            loop.largest_stiffness(), hunting_stiffness(device, d.coupling),
+            loop.passive_stiffness(), std::max(0.0, loop.damping_to_be_passive(d.seen) - loop.viscosity()),
+            loop.margins(d.seen)};
         arm.margins.gain_db = decibels(arm.hunting_stiffness / d.seen);
         d.worst.gain_db = arm.counts ? std::min(d.worst.gain_db, arm.margins.gain_db) : d.worst.gain_db;
         d.bandwidth_hz = loop.bandwidth_hz();

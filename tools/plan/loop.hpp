@@ -60,10 +60,11 @@ class Loop {
 /// Stiffness that the device feels of a contact: all of it, or with quasi-static its series with the spring.
 double seen_stiffness(const vxs_coupling_config &coupling, double contact);
 
-/// K [N/m] below which Coulomb friction cannot keep the loop hunting either. To a motion of amplitude a friction f is a
-/// damper of 4 f / (pi a w) more (its describing function): large motions feel little of it, small ones any amount. So this is
-/// the least K_max of the loop with the damping that it has, and with twice to 4096 times as much. Fast filters gain by
-/// damping; slow ones, which live on the arm's spring, lose by it: such a loop may be stable and hunt by millimetres.
+/// K [N/m] below which Coulomb friction cannot keep the loop hunting either. To a motion of amplitude a
+/// friction f is a damper of 4 f / (pi a w) more (its describing function): large motions feel little of it,
+/// small ones any amount. So this is the least K_max of the loop with the damping that it has, and with twice
+/// to 4096 times as much. Fast filters gain by damping; slow ones, which live on the arm's spring, lose by
+/// it: such a loop may be stable and hunt by millimetres.
 double hunting_stiffness(const vxs_simulated_config &device, const vxs_coupling_config &coupling);
 
 /// Abbott and Okamura: min(2 b / T, 2 f / step) of the device alone [N/m]; beyond, encoder steps can feed the

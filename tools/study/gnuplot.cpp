@@ -38,7 +38,8 @@ int run_gnuplot(const fs::path &script, const fs::path &out, const fs::path &err
     const int error = posix_spawnp(&child, "gnuplot", &files, nullptr, arguments, environ);
     posix_spawn_file_actions_destroy(&files);
     if (error == ENOENT) {
-        throw Failure(ExitCode::system, "", "gnuplot is not installed; apt-get install gnuplot-nox, or do without pictures");
+        throw Failure(ExitCode::system, "",
+                      "gnuplot is not installed; apt-get install gnuplot-nox, or do without pictures");
     }
     if (error) {
         throw Failure(ExitCode::system, "gnuplot", std::strerror(error));
@@ -72,10 +73,12 @@ std::string gnuplot_sheet(Picture picture, int width, int height)
 {
     const std::string terminal =
         picture == Picture::svg
-            ? fmt::format("set terminal svg size {},{} dynamic background rgb 'white' font 'sans-serif,15' enhanced\n", width,
-                          height)
-            : fmt::format("set terminal pngcairo size {},{} background rgb 'white' font 'sans,18' linewidth 1.5\n",
-                          3 * width / 2, 3 * height / 2);
+            ? fmt::format("set terminal svg size {},{} dynamic background rgb 'white' font 'sans-serif,15' "
+                          "enhanced\n",
+                          width, height)
+            : fmt::format(
+                  "set terminal pngcairo size {},{} background rgb 'white' font 'sans,18' linewidth 1.5\n",
+                  3 * width / 2, 3 * height / 2);
     return terminal + "set grid lc rgb '#d8d8d8' lw 0.7\n"
                       "set border 3 lc rgb '#606060'\n"
                       "set tics nomirror\n";

@@ -11,8 +11,8 @@
 namespace voxshell {
 
 struct DesignPlot {
-    std::string name; ///< "bode", "nyquist", "impedance"
-    std::string csv;  ///< first column hz, then so many of each arm, named NAME_ARM_UNIT
+    std::string name;   ///< "bode", "nyquist", "impedance"
+    std::string csv;    ///< first column hz, then so many of each arm, named NAME_ARM_UNIT
     std::string script; ///< of gnuplot, but for the sheet
     int width, height;
     std::vector<std::uint8_t> draw(Picture picture) const;
@@ -21,7 +21,8 @@ struct DesignPlot {
 /// command: what makes the pictures again; stands under each.
 ///   bode       loop gain and phase of each arm over frequency
 ///   nyquist    the same in the plane, near the point -1
-///   impedance  what the hand feels: size, and the real part (with all that sampling adds, Colgate) that says where the
+///   impedance  what the hand feels: size, and the real part (with all that sampling adds, Colgate) that says
+///   where the
 ///              loop gives energy away
 std::vector<DesignPlot> plot_design(const Design &design, const std::string &command);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The automatic design: what it picks holds in the time domain, nothing faster would, and it says what does not.
+// The automatic design: what it picks holds in the time domain, nothing faster would, and it says what does
+// not.
 //     test_design full      a million ticks for each design
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
@@ -20,7 +21,8 @@ namespace {
 
 long ticks = 20'000;
 
-DesignInput input_of(std::uint32_t profile, std::vector<std::string> assume, double stiffness, std::uint32_t kind = VXS_COUPLING_PT2)
+DesignInput input_of(std::uint32_t profile, std::vector<std::string> assume, double stiffness,
+                     std::uint32_t kind = VXS_COUPLING_PT2)
 {
     DesignInput input;
     vxs_simulated_config_default(&input.device, vxs_simulated_profile_at(profile));
@@ -79,10 +81,12 @@ TEST_CASE("what is stable by design stays so")
                 if (d.refused) continue;
                 ++designs;
                 CHECK(d.worst.gain_db > 0);
-                TimeDomain ideal(held_by(device, arm->name), d.coupling), real(held_by(device, arm->name), d.coupling, false);
+                TimeDomain ideal(held_by(device, arm->name), d.coupling),
+                    real(held_by(device, arm->name), d.coupling, false);
                 ideal.run(d.seen, ticks);
                 CHECK(ideal.run(d.seen, 1000) < 0.7e-3); // it began 1 mm off
-                // With friction and encoder it comes to rest where friction holds it, or moves by a few steps.
+                // With friction and encoder it comes to rest where friction holds it, or moves by a few
+                // steps.
                 real.run(d.seen, ticks);
                 const double stuck = profile->friction / d.seen;
                 const double end = real.run(d.seen, 5000);
@@ -91,12 +95,14 @@ TEST_CASE("what is stable by design stays so")
             }
         }
     }
-    std::printf("%d designs stable in %ld ticks, %d refused; with friction and encoder at the end up to %.2f steps beyond where friction holds\n", designs,
-                ticks, refused, worst);
+    std::printf("%d designs stable in %ld ticks, %d refused; with friction and encoder at the end up to %.2f "
+                "steps beyond where friction holds\n",
+                designs, ticks, refused, worst);
     CHECK(designs > 80);
 }
 
-TEST_CASE("a slow filter that lives on the arm's spring is stable, and friction keeps it hunting: it is not taken for stable")
+TEST_CASE("a slow filter that lives on the arm's spring is stable, and friction keeps it hunting: it is not "
+          "taken for stable")
 {
     DesignInput input = input_of(5, {"hand"}, 2500);
     input.automatic = false;
@@ -107,7 +113,8 @@ TEST_CASE("a slow filter that lives on the arm's spring is stable, and friction 
     CHECK(slow.arms[2].hunting_stiffness < 2500);
     CHECK(slow.refused);
     CHECK(says(slow, "stable, but friction can keep it hunting, with a hand"));
-    TimeDomain ideal(held_by(input.device, "hand"), slow.coupling), real(held_by(input.device, "hand"), slow.coupling, false);
+    TimeDomain ideal(held_by(input.device, "hand"), slow.coupling),
+        real(held_by(input.device, "hand"), slow.coupling, false);
     ideal.run(3000, 60'000);
     CHECK(ideal.run(3000, 5000) < 1e-9);
     real.run(3000, 60'000);
@@ -137,7 +144,8 @@ TEST_CASE("margins are as stated, and no filter of the form is faster")
                 CAPTURE(hertz);
                 const Margins m = loop.margins(input.stiffness);
                 const double hunts_db = 20 * std::log10(hunting_stiffness(held, other) / input.stiffness);
-                CHECK((std::min(m.gain_db, hunts_db) < least_gain_db || !(m.delay_s >= least_delay_samples * input.device.sample_time)));
+                CHECK((std::min(m.gain_db, hunts_db) < least_gain_db ||
+                       !(m.delay_s >= least_delay_samples * input.device.sample_time)));
             }
         }
     }
@@ -203,7 +211,8 @@ TEST_CASE("a scene is refused where nothing is stable, unless the hand is assume
         FAIL("accepted");
     } catch (const Failure &failure) {
         CHECK(failure.code == ExitCode::requirement);
-        CHECK(std::string(failure.what()).find("with the hand off: it carries 51.89 N/m, contact has 800 N/m (stated)") !=
+        CHECK(std::string(failure.what())
+                  .find("with the hand off: it carries 51.89 N/m, contact has 800 N/m (stated)") !=
               std::string::npos);
     }
     scene.assume = "hand";
@@ -218,7 +227,9 @@ TEST_CASE("a scene is refused where nothing is stable, unless the hand is assume
     // What the scene says itself needs no stiffness.
     scene.design = false;
     scene.coupling = CouplingKind::pt2;
-    CHECK(scene_coupling(scene, device, []() -> ContactStiffness { throw std::runtime_error("asked"); }).text == "pt2 5 Hz");
+    CHECK(scene_coupling(scene, device, []() -> ContactStiffness {
+              throw std::runtime_error("asked");
+          }).text == "pt2 5 Hz");
     scene.by_impedance = scene.physical_gain = true;
     scene.spring_stiffness = 200;
     scene.viscosity = 4;
@@ -234,7 +245,8 @@ TEST_CASE("refusals")
     DesignInput input = input_of(3, {"foot"}, 0);
     CHECK(refusal(input, ExitCode::usage) == "no arm 'foot'; there are free, pen, hand and arm");
     input = input_of(3, {}, 0, VXS_COUPLING_SPRING_DAMPER);
-    CHECK(refusal(input, ExitCode::unsupported) == "coupling spring-damper has no design: none, pt2 and quasi-static have");
+    CHECK(refusal(input, ExitCode::unsupported) ==
+          "coupling spring-damper has no design: none, pt2 and quasi-static have");
     input = input_of(3, {}, 0);
     input.stiffness = 0;
     CHECK(refusal(input, ExitCode::usage) == "the contact's stiffness must be above zero");
