@@ -108,6 +108,9 @@ Question question_of(const DesignOptions &o, Progress &progress)
     if (!o.stiffness.empty()) {
         q.input.stiffness = quantity("--stiffness", o.stiffness, Dimension::stiffness);
         q.source = "given";
+    } else if (scene && scene->most_stiffness > 0) {
+        q.input.stiffness = scene->most_stiffness;
+        q.source = "the scene's most_stiffness";
     } else if (scene) {
         const SceneAssets assets(*scene, o.assets, o.max_memory.value_or(0), progress);
         const ContactStiffness stiffness = contact_stiffness(*scene, assets.map, assets.shell);
@@ -334,9 +337,9 @@ VerbAction add_design(CLI::App &verb)
         ->check(CLI::Range(1u, 64u))
         ->type_name("N");
     verb.add_option("--stiffness", o->stiffness,
-                    "largest of the contact, as 800N/m (default: of all points that the scene's path asks "
-                    "for at once; without "
-                    "a scene what is recommended for the device)")
+                    "largest of the contact, as 800N/m (default the scene's most_stiffness, or all that its "
+                    "path asks for "
+                    "at once; without a scene what is recommended for the device)")
         ->type_name("N/m");
     verb.add_option("--coupling", o->coupling, "none, pt2 or quasi-static (default the scene's, or pt2)")
         ->check(CLI::IsMember({"none", "pt2", "quasi-static"}))

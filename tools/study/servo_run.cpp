@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <thread>
@@ -335,8 +336,12 @@ void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, 
 
 ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell)
 {
+    if (scene.most_stiffness > 0) {
+        return {scene.most_stiffness, "the scene's most_stiffness"};
+    }
     const vxs_contact_static statics{&map, nullptr};
-    const vxs_contact_config config = contact_of(scene);
+    vxs_contact_config config = contact_of(scene);
+    config.most_stiffness = std::numeric_limits<double>::max(); // bounds nothing, and is told
     const Memory room(vxs_contact_memory(&shell, 1));
     vxs_contact *contact = nullptr;
     check(vxs_contact_init(room.get(), room.size(), &shell, 1, &contact), "contact");
@@ -347,16 +352,13 @@ ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map
         const vxs_pose pose = as_runtime(scene.hand.at(steps ? end * static_cast<double>(n) / static_cast<double>(steps) : 0));
         vxs_contact_result result;
         vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result);
-        most = std::max(most, static_cast<double>(result.points));
+        if (result.points > 0) most = std::max(most, result.stiffness);
     }
     if (!(most > 0)) {
         throw Failure(ExitCode::invalid, scene.path.string(),
-                      "the hand's path touches nothing, so that a design has no stiffness to go by; lead it into contact, or give the coupling's "
-                      "numbers");
+                      "the hand's path touches nothing, so that a design has no stiffness to go by; say contact's \"most_stiffness\"");
     }
-    if (scene.weighting == Weighting::count_capped) most = std::min<double>(most, VXS_CONTACT_CAP_POINTS);
-    if (scene.weighting == Weighting::area) most *= shell.total_area / shell.point_count;
-    return {most * scene.stiffness, "of all points that the hand's path asks for at once"};
+    return {most, "all that the hand's path asks for at once; \"most_stiffness\" would bound it"};
 }
 
 ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell, const RunOptions &options,

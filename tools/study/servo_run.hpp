@@ -56,9 +56,9 @@ struct ServoRun {
     std::vector<TraceRow> rows;
 };
 
-/// An upper bound of how stiff the scene's contact gets: k and the most points that would be in contact at once if the
-/// device went where the hand's path wants it (area: of the shell's mean area). Throws Failure(invalid) if it touches
-/// nothing.
+/// How stiff the scene's contact gets: what its most_stiffness bounds it to, else the largest eigenvalue (contact.h) on
+/// the hand's path, where the device would go if nothing held it: deeper than it ever gets. Throws Failure(invalid) if
+/// that touches nothing.
 ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell);
 
 /// Runs the loop: options.seconds at the scene's rate, the device armed at the start of the hand's path. Throws
