@@ -168,11 +168,11 @@ static void add_own(evaluation *e)
     }
 }
 
-/* Turns all hits to one normal. */
-static void turn_hits(vxsi_hits *hits, const double common[3], int is_sampled)
+/* Turns the hits that collide to one normal. */
+static void turn_hits(vxsi_hits *hits, const double common[3], uint32_t field)
 {
     const float normal[3] = {(float)common[0], (float)common[1], (float)common[2]};
-    for (uint32_t n = 0; n < hits->count; n++) vxsi_turn_hit(hits, n, normal, is_sampled);
+    for (uint32_t n = 0; n < hits->count; n++) vxsi_turn_hit(hits, n, normal, field);
 }
 
 /* Depths under the planes of the cells along the hits' normals; only_deeper: where they are larger. */
@@ -188,7 +188,7 @@ static double soften(evaluation *e, const double *common, double stiffness, vxs_
     vxs_contact *contact = e->contact;
     double sum[VXSI_STIFFNESS] = {0};
     if (e->config->field == VXS_CONTACT_SURFACE) {
-        if (common) turn_hits(&contact->hits, common, 0);
+        if (common) turn_hits(&contact->hits, common, VXS_CONTACT_SURFACE);
         set_planes(e, 0);
     }
     for (uint32_t n = 0; n < e->count; n++)
@@ -314,7 +314,7 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     }
     const double *common = is_common ? result->normal : NULL;
     if (config->field != VXS_CONTACT_SURFACE) {
-        if (common) turn_hits(hits, common, 1);
+        if (common) turn_hits(hits, common, config->field);
         if (config->field == VXS_CONTACT_LAYERS) set_planes(&e, 1);
         add_own(&e);
     } else if (common) {

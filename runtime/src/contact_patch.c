@@ -74,7 +74,7 @@ uint32_t vxsi_split_patches(vxsi_hits *hits, uint32_t field)
 {
     bundle cells[DIRECTIONS];
     double mean[DIRECTIONS][3], sum[DIRECTIONS][3]; /* of the cells in use */
-    float normals[DIRECTIONS][3] = {{0}};           /* what touches nothing pushes nowhere */
+    float normals[DIRECTIONS][3];
     uint8_t used[DIRECTIONS];
     int is_first[DIRECTIONS];
     uint32_t count = 0, patches = 0;
@@ -105,8 +105,6 @@ uint32_t vxsi_split_patches(vxsi_hits *hits, uint32_t field)
         normalise(sum[n]);
         for (int i = 0; i < 3; i++) normals[used[n]][i] = (float)sum[n][i];
     }
-    const int is_sampled = field != VXS_CONTACT_SURFACE;
-    for (uint32_t n = 0; n < hits->count; n++)
-        vxsi_turn_hit(hits, n, normals[hits->direction[n]], is_sampled);
+    for (uint32_t n = 0; n < hits->count; n++) vxsi_turn_hit(hits, n, normals[hits->direction[n]], field);
     return patches < 2 ? 2 : patches;
 }

@@ -55,11 +55,15 @@ struct vxs_contact {
 };
 
 /* Gives a hit a normal that is not its own, and the part of its depth, if it was sampled, that lies along it.
- */
-static inline void vxsi_turn_hit(vxsi_hits *hits, uint32_t n, const float normal[3], int is_sampled)
+ * A hit that does not collide, which the field distance has too, stays as it is. */
+static inline void vxsi_turn_hit(vxsi_hits *hits, uint32_t n, const float normal[3], uint32_t field)
 {
     const float along = (hits->nx[n] * normal[0] + hits->ny[n] * normal[1]) + hits->nz[n] * normal[2];
-    if (is_sampled) hits->depth[n] *= hits->depth[n] > 0 ? along : 1;
+    if (field != VXS_CONTACT_SURFACE) {
+        const int is_deep = hits->depth[n] > 0;
+        if (field == VXS_CONTACT_DISTANCE && !is_deep) return;
+        hits->depth[n] *= is_deep ? along : 1;
+    }
     hits->nx[n] = normal[0];
     hits->ny[n] = normal[1];
     hits->nz[n] = normal[2];
