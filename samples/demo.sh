@@ -27,7 +27,7 @@ if [ -f "$assembly" ]; then
     voxshell verify "$out/assembly"
 fi
 
-for scene in cup_press cup_slide cup_hold; do
+for scene in cup_press cup_slide cup_hold peg_in_hole; do
     say "$scene: the simulated hand moves the sphere"
     voxshell convert "$samples/$scene.scene.json" -o "$out/$scene" --force
     voxshell simulate "$samples/$scene.scene.json" --assets "$out/$scene" --explain --force \
@@ -36,6 +36,6 @@ for scene in cup_press cup_slide cup_hold; do
 done
 
 say "done"
-echo "traces    $out/cup_press.csv $out/cup_slide.csv $out/cup_hold.csv"
-echo "pictures  $out/cup_press.svg $out/cup_slide.svg $out/cup_hold.svg, and the same as .png"
+echo "traces    $out/cup_press.csv $out/cup_slide.csv $out/cup_hold.csv $out/peg_in_hole.csv"
+echo "pictures  $out/cup_press.svg $out/cup_slide.svg $out/cup_hold.svg $out/peg_in_hole.svg, and the same as .png"
 sed -n 's/^ *force *at the hand \([0-9.]* N\) at most.*/peak force at the hand, pressing the cup: \1/p' "$out/cup_press.txt"

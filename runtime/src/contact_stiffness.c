@@ -7,11 +7,11 @@
 #include <math.h>
 #include <string.h>
 
-/* A point counts in full from depth 0 on, and from half a cell outside less and less, as far as its cell lets
- * it be seen there: so that it does not come at once. */
+/* A point counts in full from depth 0 on, and from an eighth of a cell outside less and less: so that it does
+ * not come at once, and a wall that is near does not count as one that is touched. */
 static double presence(double depth, double voxel)
 {
-    double share = 1 + depth / (0.5 * voxel);
+    double share = 1 + depth / (voxel / 8);
     return share <= 0 ? 0 : share >= 1 ? 1 : share;
 }
 

@@ -4,6 +4,8 @@
 
     cup.glb     cup.stl      radius 40 mm outside, 34 mm inside, 80 mm high, floor 6 mm; stands on y = 0
     sphere.glb  sphere.stl   radius 15 mm, round the origin
+    ring.glb                 radius 20 mm outside, 10 mm inside, 30 mm high: a hole
+    peg.glb                  radius 9.9 mm, 40 mm high: fits into it; both stand on y = 0
     pair.glb                 one bracket, two nodes: as it is, and mirrored
 
 glTF in metres, STL (binary) in millimetres, both +Y up, closed, counter-clockwise seen from outside.
@@ -93,6 +95,23 @@ def cup(outer=40.0, inner=34.0, height=80.0, floor=6.0):
     disc(mesh, inner, outer, height, up=True)
     wall(mesh, inner, floor, height, outwards=False)
     disc(mesh, 0, inner, floor, up=True)
+    return mesh
+
+
+def tube(outer=20.0, inner=10.0, height=30.0):
+    mesh = Mesh()
+    disc(mesh, inner, outer, 0, up=False)
+    wall(mesh, outer, 0, height, outwards=True)
+    disc(mesh, inner, outer, height, up=True)
+    wall(mesh, inner, 0, height, outwards=False)
+    return mesh
+
+
+def peg(radius=9.9, height=40.0):
+    mesh = Mesh()
+    disc(mesh, 0, radius, 0, up=False)
+    wall(mesh, radius, 0, height, outwards=True)
+    disc(mesh, 0, radius, height, up=True)
     return mesh
 
 
@@ -207,6 +226,9 @@ def main():
         check(name, mesh)
         files[f"{name}.glb"] = glb(name, mesh, [{"name": name}])
         files[f"{name}.stl"] = stl(name, mesh)
+    for name, mesh in (("ring", tube()), ("peg", peg())):
+        check(name, mesh)
+        files[f"{name}.glb"] = glb(name, mesh, [{"name": name}])
     mesh = bracket()
     check("bracket", mesh)
     files["pair.glb"] = glb("bracket", mesh, [

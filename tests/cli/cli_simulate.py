@@ -28,7 +28,7 @@ class Simulate(command.CommandTest):
     def setUp(self):
         super().setUp()
         subprocess.run([sys.executable, GENERATOR, self.folder], check=True)
-        for scene in ('cup_press', 'cup_slide'):
+        for scene in ('cup_press', 'cup_slide', 'peg_in_hole'):
             shutil.copy(command.SOURCE / f'samples/scenes/{scene}.scene.json', self.folder)
 
     def edit(self, change, name='cup_press.scene.json'):
@@ -56,6 +56,21 @@ class Simulate(command.CommandTest):
             self.assertAlmostEqual(force(row, 'output'), force(row, 'collision'), delta=0.01)
             self.assertGreater(row['output_fx_n'], 0.99 * force(row, 'output'))
             self.assertAlmostEqual(500 * (row['device_x_m'] - row['hand_x_m']), row['output_fx_n'], delta=0.06)
+
+    def test_peg_in_hole(self):
+        """Goes in without a push, though its sides are opposed, and is held by the wall that the hand presses it to."""
+        self.run_voxshell('simulate', 'peg_in_hole.scene.json', '--trace', 'a.csv', '--format', 'json', '--quiet')
+        rows = steps(self.path('a.csv'))
+        self.assertEqual(len(rows), 3600)
+        went_in = [row for row in rows if 1.6 < row['t_s'] < 2.1]  # deep enough to touch at both ends
+        self.assertGreater(sum(row['contacts'] > 0 for row in went_in), 400)
+        self.assertLess(max(force(row, 'collision') for row in went_in), 0.04)
+        for row in rows[-200:]:
+            self.assertLess(row['collision_fx_n'], -0.3)
+            self.assertLess(abs(row['collision_fy_n']) + abs(row['collision_fz_n']), 0.01)
+            self.assertAlmostEqual(500 * (row['hand_x_m'] - row['device_x_m']), -row['output_fx_n'], delta=0.06)
+        jumps = [abs(b['collision_fx_n'] - a['collision_fx_n']) for a, b in zip(rows, rows[1:])]
+        self.assertLess(max(jumps), 0.06)  # an encoder's step of 30 um at 2 N/mm
 
     def test_same_trace_on_every_run(self):
         self.simulate('--trace', 'a.csv', '--quiet', '-j', 1)

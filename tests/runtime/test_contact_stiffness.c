@@ -85,7 +85,7 @@ static double expected_stiffness(const vxs_pointshell *shell, const vxs_pose *po
         const double p[3] = {shell->x[n], shell->y[n], shell->z[n]};
         const double y = r[3] * p[0] + r[4] * p[1] + r[5] * p[2] + pose->position[1];
         if (y >= h) continue;
-        const double share = fmin(1, 1 + (floor_height - y) / (0.5 * h));
+        const double share = fmin(1, 1 + (floor_height - y) / (h / 8));
         if (share <= 0) continue;
         double normal[3] = {shell->nx[n], shell->ny[n], shell->nz[n]};
         for (int i = 0; i < 3 && common && (is_all || y < floor_height); i++)

@@ -106,8 +106,8 @@ typedef struct vxs_contact_config {
      * on the wrench, so that its direction stays. How stiff: the largest eigenvalue (or up to 0.05 % more) of
      * K = sum k_p v v^T, v = (n, (p - o) x n / r) with r the shell's radius: that of the 6 x 6 matrix from a
      * small motion to its wrench, rotations scaled by r. k_p is k and the point's share in full from d = 0
-     * on; from half a cell outside it grows to that linearly, as far as a point that does not push yet is
-     * seen there (in its surface cell), so that the factor does not jump. */
+     * on; from an eighth of a cell outside it grows to that linearly, as far as a point that does not push
+     * yet is seen there (in its surface cell), so that the factor does not jump. */
     double most_stiffness;
     double reference[3]; /* o, the point about which torque is taken, in the shell's frame [m]; default 0 */
 } vxs_contact_config;

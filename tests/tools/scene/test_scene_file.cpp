@@ -105,7 +105,7 @@ TEST_CASE("the smallest scene has the documented defaults")
 
 TEST_CASE("the samples are scenes")
 {
-    for (const char *name : {"cup_press", "cup_slide", "cup_hold"}) {
+    for (const char *name : {"cup_press", "cup_slide", "cup_hold", "peg_in_hole"}) {
         const SceneFile scene = read_scene(std::filesystem::path(VXS_TEST_SOURCE_DIR) / "samples/scenes" /
                                            (std::string(name) + ".scene.json"));
         CHECK(scene.hand.keyframes.size() >= 3);
