@@ -135,7 +135,10 @@ vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &stat
     config.static_count = 1;
     config.shell = &shell;
     config.contact = contact_of(scene);
-    if (scene.budget > 0) config.contact.most_points = points_for(scene.budget, shell);
+    if (scene.budget > 0) {
+        const unsigned evaluations = scene.coupling == CouplingKind::quasi_static ? scene.evaluations : 1;
+        config.contact.most_points = points_for(scene.budget / evaluations, shell);
+    }
     const SceneCoupling felt = scene_coupling(scene, simulated.config, [&] { return contact_stiffness(scene, *statics.map, shell); });
     config.coupling = felt.config;
     coupling = felt.text;

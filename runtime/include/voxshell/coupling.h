@@ -27,7 +27,7 @@ extern "C" {
  *   QUASI_STATIC   contact acts on a massless body that hangs on the device by a spring; each tick finds
  *                  the pose where contact and spring balance, by Newton's steps, and the device feels the
  *                  spring: never stiffer than it, however stiff contact is. Each step is one evaluation of
- *                  contact (vxs_coupling_refine); about a microsecond more each for the solve
+ *                  contact (vxs_coupling_refine), and some 0.2 us for the solve
  * A kind is one file and one line in the table of src/coupling_kinds.c (README); kinds that are not
  * voxshell's have numbers from OWN on. */
 enum {

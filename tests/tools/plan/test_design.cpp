@@ -165,6 +165,30 @@ TEST_CASE("a spring that holds against any contact")
     }
 }
 
+TEST_CASE("through a quasi-static spring the device feels the series of spring and contact")
+{
+    for (const std::uint32_t p : {0u, 3u, 6u, 9u}) {
+        for (const char *arm : {"free", "hand"}) {
+            DesignInput input = input_of(p, {arm}, 0, VXS_COUPLING_QUASI_STATIC);
+            input.device.arm = *vxs_simulated_arm_named(arm);
+            input.coupling.sample_time = input.device.sample_time;
+            const double largest = Loop(input.device, input.coupling).largest_stiffness();
+            CAPTURE(input.device.profile.name);
+            CAPTURE(arm);
+            for (const double wall : {0.3, 1.0, 30.0, 1e3}) { // of the spring
+                CAPTURE(wall);
+                for (const double share : {0.95, 1.05}) {
+                    input.coupling.stiffness = share * largest * (1 + wall) / wall;
+                    const double contact = wall * input.coupling.stiffness;
+                    CHECK(seen_stiffness(input.coupling, contact) == doctest::Approx(share * largest));
+                    const double rate = growth(input.device, input.coupling, contact, 30'000);
+                    CHECK((rate > 0) == (share > 1));
+                }
+            }
+        }
+    }
+}
+
 TEST_CASE("5 Hz is no passive coupling with the hand off, and the design says what would be")
 {
     DesignInput input = input_of(3, {}, 100);

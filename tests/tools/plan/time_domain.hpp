@@ -41,7 +41,12 @@ class TimeDomain {
             vxs_device_state state;
             vxs_device_exchange(device_, &command_, &state, nullptr);
             const double x = state.pose.position[0];
-            const vxs_wrench contact = {{-stiffness * x, 0, 0}, {0, 0, 0}};
+            vxs_wrench contact = {{0, 0, 0}, {0, 0, 0}};
+            vxs_pose body;
+            do {
+                vxs_coupling_pose(coupling_, &state.pose, &body);
+                contact.force[0] = -stiffness * body.position[0];
+            } while (vxs_coupling_refine(coupling_, &contact, std::abs(body.position[0]), &state.pose));
             vxs_coupling_step(coupling_, &contact, &state.pose, &command_.wrench);
             command_.sequence++;
             command_.hold_ns = state.time_ns + 1'000'000'000;
