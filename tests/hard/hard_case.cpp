@@ -58,9 +58,14 @@ bool has_common_normal(const Pair &pair)
     return pair.law == VXS_CONTACT_AVERAGE || reads_distance(pair);
 }
 
-bool splits(const Pair &pair)
+bool keeps_opposed(const Pair &pair)
 {
-    return reads_distance(pair) && (pair.law == VXS_CONTACT_PATCH || pair.law == VXS_CONTACT_GRADIENT);
+    return pair.law == VXS_CONTACT_PATCH || pair.law == VXS_CONTACT_GRADIENT;
+}
+
+bool keeps_slanted(const Pair &pair)
+{
+    return keeps_opposed(pair) && reads_distance(pair);
 }
 
 std::string number(double value)

@@ -63,10 +63,12 @@ struct Case {
 bool all(const Pair &pair);
 bool none(const Pair &pair);
 bool reads_distance(const Pair &pair); ///< field distance
-bool has_common_normal(
-    const Pair &pair);         ///< law average, or field distance, where the sides of a wall's cells cancel
-bool splits(const Pair &pair); ///< laws patch and gradient with field distance: opposed normals do not cancel
-bool reads_surface(const Pair &pair);   ///< field surface: an inside does not matter
+bool reads_surface(const Pair &pair);  ///< field surface: an inside does not matter
+/// Law average, or field distance, where the sides of a wall's cells cancel.
+bool has_common_normal(const Pair &pair);
+bool keeps_opposed(const Pair &pair); ///< laws patch and gradient: opposed normals do not cancel
+/// The same with field distance, which knows the depth at a slant and at an edge as well.
+bool keeps_slanted(const Pair &pair);
 bool is_conservative(const Pair &pair); ///< law gradient: the force is the slope of an energy
 
 /// A part's files, open: layers +-4 and a distance band of 4 cells where the part has an inside.

@@ -101,8 +101,9 @@ static void open_all(servo_bench *benches)
         b->servo_config.contact.law = VXS_CONTACT_ORIGINAL + (uint32_t)(n % LAWS);
         if (b->servo_config.contact.law >= VXS_CONTACT_GRADIENT)
             b->servo_config.contact.field = VXS_CONTACT_DISTANCE;
-        if (b->servo_config.contact.law == VXS_CONTACT_PATCH)
-            b->servo_config.contact.most_stiffness = 1e4;
+        if (b->servo_config.contact.law == VXS_CONTACT_PATCH) b->servo_config.contact.most_stiffness = 1e4;
+        for (uint32_t kind = VXS_EFFECT_START_INSIDE; kind <= VXS_EFFECT_SOFT_START; kind++)
+            bench_effect(b, kind);
         bench_open(b);
         CHECK_INT(vxs_device_arm(b->device), VXS_OK);
     }

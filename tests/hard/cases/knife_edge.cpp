@@ -33,7 +33,7 @@ extern const Case knife_edge{"knife_edge",
                              "a knife of 10 degrees into a floor, by h/100 a step, edge down and askew",
                              "jump of the force, of the largest",
                              0.1,
-                             splits,
+                             keeps_slanted,
                              run};
 
 } // namespace hard

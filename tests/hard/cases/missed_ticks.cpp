@@ -20,7 +20,8 @@ void run(const Pair &pair, const Options &, Measured &m)
         for (int n = 0; n < missed; ++n) { // the first hands the last command over, the others bring nothing
             vxs_device_exchange(loop.device, n ? nullptr : &loop.command, &loop.state, &loop.report);
             const double now = length(loop.report.rendered.force);
-            m.must(n < 2 || now <= rendered * (1 + 1e-12), "more force without a tick"); // a command is on its way
+            m.must(n < 2 || now <= rendered * (1 + 1e-12),
+                   "more force without a tick"); // a command is on its way
             rendered = now;
             if (n > 13)
                 m.note(now, std::to_string(n) + " samples late"); // two full, ten to decay, one on its way

@@ -34,7 +34,14 @@ extern const Case slot{
     "a plate 0.2 mm too thick on either side, moved sideways in its slot: both walls push at once",
     "force off the elastic foundation's, of the largest",
     0.1,
-    splits,
-    run};
+    keeps_opposed,
+    run,
+    [](const Pair &pair) {
+        return pair.law == VXS_CONTACT_PATCH && !reads_distance(pair)
+                   ? "the plate's own edges lie in the walls' cells and push along their faces; and a wall's "
+                     "cells reach "
+                     "up to a cell past its rim"
+                   : nullptr;
+    }};
 
 } // namespace hard

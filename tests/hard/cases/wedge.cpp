@@ -37,7 +37,7 @@ extern const Case wedge{"wedge",
                         "a right-angled wedge in its groove, deeper on one side than on the other",
                         "force off the elastic foundation's, of the largest",
                         0.15,
-                        splits,
+                        keeps_slanted,
                         run};
 
 } // namespace hard
