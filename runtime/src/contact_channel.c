@@ -28,37 +28,41 @@ vxsi_channel vxsi_channel_of(const vxs_voxmap *map, int is_layers, const vxsi_sp
     return channel;
 }
 
-/* Entry of a cell's brick; outside the box all is free. */
-static uint32_t entry_of(const vxs_voxmap *map, int32_t i, int32_t j, int32_t k)
+/* Value of a brick's cell. */
+static inline int32_t value_of(const vxsi_channel *channel, uint32_t entry, uint32_t cell)
 {
-    uint32_t ci = (uint32_t)i, cj = (uint32_t)j, ck = (uint32_t)k;
-    if (ci >= map->cells[0] || cj >= map->cells[1] || ck >= map->cells[2]) return VXS_CELL_FREE;
-    return vxs_voxmap_entry(map, ci, cj, ck);
+    if (entry < VXS_VOXMAP_ENTRY_FIRST)
+        return entry == VXS_CELL_INTERIOR ? -channel->beyond : channel->beyond;
+    size_t at = (size_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * 512 + cell;
+    return channel->distances ? channel->distances[at] : channel->layers[at];
 }
 
 void vxsi_channel_corners(const vxsi_channel *channel, int32_t i, int32_t j, int32_t k, uint32_t pairs[4])
 {
-    /* One entry for both corners of an axis that they do not cross a brick's border on. */
-    const int cross[3] = {(i & 7) == 7, (j & 7) == 7, (k & 7) == 7};
-    uint32_t entries[2][2][2];
-    for (int di = 0; di <= cross[0]; di++)
-        for (int dj = 0; dj <= cross[1]; dj++)
-            for (int dk = 0; dk <= cross[2]; dk++)
-                entries[di][dj][dk] = entry_of(channel->map, i + di, j + dj, k + dk);
+    const vxs_voxmap *map = channel->map;
     for (int n = 0; n < 4; n++) {
-        const int di = n >> 1, dj = n & 1;
         int32_t both[2];
         for (int dk = 0; dk < 2; dk++) {
-            uint32_t entry = entries[di & cross[0]][dj & cross[1]][dk & cross[2]];
-            int32_t value = entry == VXS_CELL_INTERIOR ? -channel->beyond : channel->beyond;
-            if (entry >= VXS_VOXMAP_ENTRY_FIRST) {
-                size_t at = (size_t)(entry - VXS_VOXMAP_ENTRY_FIRST) * 512 +
-                            vxs_voxmap_brick_cell((uint32_t)(i + di), (uint32_t)(j + dj), (uint32_t)(k + dk));
-                value = channel->distances ? channel->distances[at] : channel->layers[at];
-            }
-            both[dk] = value;
+            uint32_t ci = (uint32_t)(i + (n >> 1)), cj = (uint32_t)(j + (n & 1)), ck = (uint32_t)(k + dk);
+            uint32_t entry = VXS_CELL_FREE; /* outside the box */
+            if (ci < map->cells[0] && cj < map->cells[1] && ck < map->cells[2])
+                entry = vxs_voxmap_entry(map, ci, cj, ck);
+            both[dk] = value_of(channel, entry, vxs_voxmap_brick_cell(ci, cj, ck));
         }
         pairs[n] = vxsi_channel_pair(both[0], both[1]);
+    }
+}
+
+void vxsi_channel_straddle(const vxsi_channel *channel, const uint32_t *slot, int32_t i, int32_t j, int32_t k,
+                           uint32_t pairs[4])
+{
+    const uint32_t li = i & 7, lj = j & 7, lk = k & 7, next = lk + 1;
+    for (uint32_t n = 0; n < 4; n++) {
+        const uint32_t ni = li + (n >> 1), nj = lj + (n & 1), cell = (ni & 7) << 6 | (nj & 7) << 3;
+        const uint32_t *at = slot + (ni >> 3 << 6 | nj >> 3 << 3);
+        const int32_t low = value_of(channel, at[0], cell | lk),
+                      high = value_of(channel, at[next >> 3], cell | (next & 7));
+        pairs[n] = vxsi_channel_pair(low, high);
     }
 }
 

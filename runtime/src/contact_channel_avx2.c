@@ -11,6 +11,7 @@
 #include <immintrin.h>
 
 #define SQRT(v) ((v4d)_mm256_sqrt_pd((__m256d)(v)))
+#define TO_DOUBLE(v) ((v4d)_mm256_cvtepi32_pd((__m128i)(v)))
 
 __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map, int is_layers,
                                                           int is_steepest, const vxsi_span *span,
@@ -25,11 +26,14 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
         const v4d x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
         v4d f[3];
         int32_t corner[3][4];
+#pragma GCC unroll 3
         for (int i = 0; i < 3; i++) {
             v4d u = KEEP(exists, ((m[3 * i] * x + m[3 * i + 1] * y) + m[3 * i + 2] * z) + channel.b[i]);
-            v4i cell = __builtin_convertvector(u, v4i); /* near the box: floor() where u is not below it */
-            cell += __builtin_convertvector(u < __builtin_convertvector(cell, v4d), v4i);
-            f[i] = u - __builtin_convertvector(cell, v4d);
+            v4i cell =
+                (v4i)_mm256_cvttpd_epi32((__m256d)u); /* near the box: floor() where u is not below it */
+            const v4d whole = SELECT(u < TO_DOUBLE(cell), TO_DOUBLE(cell) - one, TO_DOUBLE(cell));
+            cell = (v4i)_mm256_cvttpd_epi32((__m256d)whole);
+            f[i] = u - whole;
             memcpy(corner[i], &cell, sizeof cell);
         }
         uint32_t pairs[4][4];
@@ -37,10 +41,11 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
         for (int lane = 0; lane < 4; lane++)
             vxsi_channel_pairs(&channel, corner[0][lane], corner[1][lane], corner[2][lane], pairs[lane]);
         v4d low[4], slope[4], edge[4];
+#pragma GCC unroll 4
         for (int e = 0; e < 4; e++) {
             const v4u both = {pairs[0][e], pairs[1][e], pairs[2][e], pairs[3][e]};
-            low[e] = __builtin_convertvector((v4i)(both << 16) >> 16, v4d);
-            slope[e] = __builtin_convertvector((v4i)both >> 16, v4d) - low[e];
+            low[e] = TO_DOUBLE((v4i)(both << 16) >> 16);
+            slope[e] = TO_DOUBLE((v4i)both >> 16) - low[e];
             edge[e] = low[e] + f[2] * slope[e];
         }
         const v4d at_low = edge[0] + f[1] * (edge[1] - edge[0]),
@@ -66,6 +71,7 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
             /* The rings of a wall with normal N follow each other every h (|N0| + |N1| + |N2|). */
             const v4d nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n);
             v4d rings = zero;
+#pragma GCC unroll 3
             for (int i = 0; i < 9; i += 3) rings += ABS((r[i] * nx + r[i + 1] * ny) + r[i + 2] * nz);
             depth *= rings;
         }
