@@ -26,7 +26,7 @@ vxs_coupling_config said(const SceneFile &scene)
     vxs_coupling_config_default(&config);
     config.sample_time = 1 / scene.rate;
     config.damping = scene.damping;
-    config.omega0 = two_pi * scene.frequency;
+    config.omega0 = two_pi * (scene.design ? std::min(scene.frequency, 0.1 * scene.rate) : scene.frequency);
     config.prewarp = scene.prewarp;
     config.stiffness = scene.spring_stiffness;
     config.mass = scene.mass;

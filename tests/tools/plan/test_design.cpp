@@ -248,6 +248,12 @@ TEST_CASE("a scene is refused where nothing is stable, unless the hand is assume
     scene.assume.clear();
     scene.coupling = CouplingKind::quasi_static;
     CHECK(scene_coupling(scene, device, wall).config.stiffness < 40);
+    scene.coupling = CouplingKind::pt2;
+    scene.rate = 10; // slower than the paper's filter
+    scene.assume = "hand";
+    const auto foam = [] { return ContactStiffness{5, "stated"}; };
+    CHECK(scene_coupling(scene, simulated_device(scene.device, scene.rate), foam).design->margins_held);
+    scene.rate = 1000;
     // What the scene says itself needs no stiffness.
     scene.design = false;
     scene.coupling = CouplingKind::pt2;
