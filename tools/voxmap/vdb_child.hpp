@@ -11,11 +11,21 @@
 
 namespace voxshell {
 
-/// Lets a grid live until the child's _exit(): its destructor starts TBB tasks, and those may wait for a lock that a
-/// thread of the parent held when it forked, for ever.
-inline void keep_for_ever(const openvdb::GridBase::Ptr &grid)
+/// From now on no grid of this type that OpenVDB creates to read it from a file is ever destroyed: the
+/// destructor of a tree, half read or whole, starts TBB tasks, and in a fork they may wait for ever for a
+/// lock that a thread of the parent held at the time. For the child, which ends by _exit().
+template<typename Grid>
+void keep_what_is_read()
 {
-    new openvdb::GridBase::Ptr(grid);
+    struct Registry : openvdb::GridBase {
+        using openvdb::GridBase::registerGrid, openvdb::GridBase::unregisterGrid;
+    };
+    Registry::unregisterGrid(Grid::gridType());
+    Registry::registerGrid(Grid::gridType(), [] {
+        const openvdb::GridBase::Ptr grid = Grid::create();
+        new openvdb::GridBase::Ptr(grid);
+        return grid;
+    });
 }
 
 [[noreturn]] void refuse_vdb(const std::string &what); ///< throws Failure(invalid)

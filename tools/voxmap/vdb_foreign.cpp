@@ -8,6 +8,8 @@
 #include <bit>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
+#include <optional>
 
 namespace voxshell {
 namespace {
@@ -248,6 +250,10 @@ class Foreign {
     }
 
   private:
+    /// What decides a brick where no leaf has a say: the values of the 27 tiles, or parts of them, that its
+    /// samples are in. All bricks lie alike in the leaves' grid.
+    using Tiles = std::array<std::uint32_t, 27>;
+
     const Grid &grid_;
     const Placement &at_;
     const ForeignTaken &taken_;
@@ -258,6 +264,7 @@ class Foreign {
     std::vector<Cell> mixed_, spoken_;
     BrickBox box_; ///< of cells
     std::size_t crowd_ = 1u << 20;
+    std::map<Tiles, Brick> decided_;
 
     static bool inside(const Value &value, bool active)
     {
@@ -464,9 +471,39 @@ class Foreign {
                 }
     }
 
+    std::optional<Tiles> tiles_from(const openvdb::Coord &first)
+    {
+        Tiles out{};
+        openvdb::Index n = 0;
+        for (int c = 0; c < 27; ++c) {
+            const auto at = openvdb::Coord::minComponent(
+                first.offsetBy(8 * (c / 9), 8 * (c / 3 % 3), 8 * (c % 3)), first.offsetBy(9));
+            if (accessor_.probeConstLeaf(at)) return std::nullopt;
+            Value tile{};
+            const bool active = accessor_.probeValue(at, tile);
+            if constexpr (is_signed)
+                out[n++] = std::bit_cast<std::uint32_t>(tile);
+            else
+                out[n++] = inside(tile, active);
+        }
+        return out;
+    }
+
+    /// A tile of 4096^3 samples has a million and a half bricks along its sides, and 27 kinds of them.
     Brick decide_brick(const Cells &cells, const BrickAt &at, bool as_surface)
     {
         const openvdb::Coord first = sample(cells, at, 0);
+        const std::optional<Tiles> tiles = tiles_from(first);
+        if (!tiles) return decide_samples(first, at, as_surface);
+        const auto known = decided_.find(*tiles);
+        if (known != decided_.end()) return {at, known->second.surface, known->second.interior};
+        const Brick brick = decide_samples(first, at, as_surface);
+        if (decided_.size() < 4096) decided_.emplace(*tiles, brick);
+        return brick;
+    }
+
+    Brick decide_samples(const openvdb::Coord &first, const BrickAt &at, bool as_surface)
+    {
         Brick brick{at, {}, {}};
         // Rows of 17 points along k, of which 2 c to 2 c + 2 belong to cell c; a mask's point is a sample of
         // its own.
@@ -574,7 +611,6 @@ VdbFile parse_foreign(openvdb::io::File &file, const ForeignGrid &wanted)
     taken.unit = wanted.unit ? *wanted.unit : unit_of(*file.getMetadata()).value_or(1);
     const Placement at = place(*metadata, wanted.snap, taken);
     const openvdb::GridBase::Ptr grid = file.readGrid(name);
-    keep_for_ever(grid);
     if (grid->isType<openvdb::FloatGrid>())
         take<openvdb::FloatGrid>(*grid, at, wanted, result);
     else if (grid->isType<openvdb::MaskGrid>())

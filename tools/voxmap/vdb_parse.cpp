@@ -194,7 +194,6 @@ template<typename Grid>
 typename Grid::Ptr read_grid(openvdb::io::File &file, const char *name)
 {
     const openvdb::GridBase::Ptr base = file.readGrid(name);
-    keep_for_ever(base);
     const auto grid = openvdb::gridPtrCast<Grid>(base);
     if (!grid)
         refuse_vdb(fmt::format("grid `{}` is of type {}, not {}", name, base ? base->valueType() : "none",
@@ -333,6 +332,10 @@ VdbFile parse_own(openvdb::io::File &file)
 VdbFile parse_vdb(const std::filesystem::path &path, const ForeignGrid *foreign)
 {
     openvdb::initialize();
+    keep_what_is_read<openvdb::Int32Grid>();
+    keep_what_is_read<openvdb::FloatGrid>();
+    keep_what_is_read<openvdb::MaskGrid>();
+    keep_what_is_read<openvdb::BoolGrid>();
     openvdb::io::File file(path.string());
     try {
         file.open(false); // delayed loading would copy the file and fail later
