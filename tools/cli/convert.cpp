@@ -220,7 +220,7 @@ class Convert {
         const fs::path base = fs::path(o_.folder) / input.name;
         const std::pair<const char *, const Bytes *> files[] = {
             {".vdb", &vdb}, {".voxmap", &voxmap}, {".pointshell", &pointshell}};
-        for (const auto &[ending, bytes] : files) outputs.add(base.string() + ending, *bytes);
+        for (const auto &[ending, bytes] : files) outputs.add(base.string() + ending, *bytes, progress_.get());
         progress_->check(); // the last chance: from here on the files are there
         outputs.commit();
 

@@ -78,7 +78,7 @@ ExitCode pack(const PackOptions &o)
     file.meta = std::move(vdb.meta);
     const std::vector<std::uint8_t> bytes = voxmap_bytes(file, progress.get());
     Outputs outputs(o.force);
-    outputs.add(output, bytes);
+    outputs.add(output, bytes, progress.get());
     outputs.commit();
     if (!o.quiet)
         fmt::print("{}: {} surface, {} interior cells of {}, {}\n", output.string(),

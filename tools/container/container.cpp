@@ -23,6 +23,27 @@ std::span<const std::uint8_t> bytes_of(const T &value)
     return {reinterpret_cast<const std::uint8_t *>(&value), sizeof value};
 }
 
+/// f(piece) for each megabyte, asking whether to stop.
+template<typename F>
+void each_piece(std::span<const std::uint8_t> bytes, Progress *progress, F f)
+{
+    do {
+        if (progress) progress->check();
+        const std::span<const std::uint8_t> piece = bytes.first(std::min<std::size_t>(bytes.size(), 1 << 20));
+        f(piece);
+        bytes = bytes.subspan(piece.size());
+    } while (!bytes.empty());
+}
+
+std::uint32_t crc32_of(std::span<const std::uint8_t> bytes, Progress *progress)
+{
+    unsigned long crc = 0;
+    each_piece(bytes, progress, [&](std::span<const std::uint8_t> piece) {
+        crc = ::crc32_z(crc, piece.data(), piece.size());
+    });
+    return static_cast<std::uint32_t>(crc);
+}
+
 void hash_ok(int status)
 {
     if (status != 1) throw Failure(ExitCode::system, "", "SHA-256 is not available from libcrypto");
@@ -30,7 +51,7 @@ void hash_ok(int status)
 
 } // namespace
 
-Sha256Stream::Sha256Stream() : context_(EVP_MD_CTX_new())
+Sha256Stream::Sha256Stream(Progress *progress) : context_(EVP_MD_CTX_new()), progress_(progress)
 {
     hash_ok(context_ && EVP_DigestInit_ex(static_cast<EVP_MD_CTX *>(context_), EVP_sha256(), nullptr));
 }
@@ -42,7 +63,9 @@ Sha256Stream::~Sha256Stream()
 
 void Sha256Stream::update(std::span<const std::uint8_t> bytes)
 {
-    hash_ok(EVP_DigestUpdate(static_cast<EVP_MD_CTX *>(context_), bytes.data(), bytes.size()));
+    each_piece(bytes, progress_, [this](std::span<const std::uint8_t> piece) {
+        hash_ok(EVP_DigestUpdate(static_cast<EVP_MD_CTX *>(context_), piece.data(), piece.size()));
+    });
 }
 
 Sha256 Sha256Stream::digest()
@@ -72,7 +95,7 @@ std::string hex(const Sha256 &hash)
 
 std::uint32_t crc32(std::span<const std::uint8_t> bytes)
 {
-    return static_cast<std::uint32_t>(::crc32_z(0, bytes.data(), bytes.size()));
+    return crc32_of(bytes, nullptr);
 }
 
 void hash_section(Sha256Stream &hash, std::uint32_t id, std::uint32_t stride,
@@ -86,7 +109,8 @@ void hash_section(Sha256Stream &hash, std::uint32_t id, std::uint32_t stride,
 }
 
 std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t major, std::uint16_t minor,
-                                          const Sha256 &source_hash, const std::vector<Section> &sections)
+                                          const Sha256 &source_hash, const std::vector<Section> &sections,
+                                          Progress *progress)
 {
     if (magic.size() != VXS_CONTAINER_MAGIC_SIZE || sections.empty() ||
         sections.size() > VXS_CONTAINER_MAX_SECTIONS)
@@ -96,7 +120,7 @@ std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t 
     std::vector<vxs_container_section> table(sections.size());
     const std::uint64_t table_size = sizeof(vxs_container_section) * table.size();
     std::uint64_t end = sizeof header + table_size;
-    Sha256Stream content;
+    Sha256Stream content(progress);
     for (std::size_t i = 0; i < sections.size(); ++i) {
         const Section &section = sections[i];
         if (section.stride == 0 || section.bytes.empty() || section.bytes.size() % section.stride != 0)
@@ -106,7 +130,7 @@ std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t 
                     .count = section.bytes.size() / section.stride,
                     .offset = round64(end),
                     .size = section.bytes.size(),
-                    .crc = crc32(section.bytes),
+                    .crc = crc32_of(section.bytes, progress),
                     .reserved = 0};
         end = table[i].offset + table[i].size;
         if (section.id != VXS_SECTION_META) hash_section(content, section.id, section.stride, section.bytes);
@@ -128,8 +152,10 @@ std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t 
     std::vector<std::uint8_t> file(header.file_size);
     std::memcpy(file.data(), &header, sizeof header);
     std::memcpy(file.data() + sizeof header, table.data(), table_size);
-    for (std::size_t i = 0; i < sections.size(); ++i)
+    for (std::size_t i = 0; i < sections.size(); ++i) {
+        if (progress) progress->check();
         std::ranges::copy(sections[i].bytes, file.begin() + static_cast<std::ptrdiff_t>(table[i].offset));
+    }
     return file;
 }
 

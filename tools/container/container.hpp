@@ -2,6 +2,7 @@
 // Writes the container frame of formats/container.md around sections; hashes.
 #pragma once
 
+#include "cli/progress.hpp"
 #include "voxshell/format/container.h"
 
 #include <array>
@@ -15,9 +16,10 @@ namespace voxshell {
 
 using Sha256 = std::array<std::uint8_t, 32>;
 
-class Sha256Stream { ///< incremental SHA-256 (OpenSSL behind it)
+/// Incremental SHA-256 (OpenSSL behind it). `progress`, if given, is asked after each megabyte whether to go on.
+class Sha256Stream {
   public:
-    Sha256Stream();
+    explicit Sha256Stream(Progress *progress = nullptr);
     ~Sha256Stream();
     Sha256Stream(const Sha256Stream &) = delete;
     Sha256Stream &operator=(const Sha256Stream &) = delete;
@@ -26,6 +28,7 @@ class Sha256Stream { ///< incremental SHA-256 (OpenSSL behind it)
 
   private:
     void *context_;
+    Progress *progress_;
 };
 
 Sha256 sha256(std::span<const std::uint8_t> bytes);
@@ -51,8 +54,10 @@ Section make_section(std::uint32_t id, std::uint32_t stride, std::span<const T> 
 }
 
 /// The whole file: header, table, sections in the given order at 64-byte alignment, zero padding, checksums,
-/// content hash. `magic` is the 8 bytes of the kind; META is the last section. Deterministic.
+/// content hash. `magic` is the 8 bytes of the kind; META is the last section. Deterministic. `progress`, if given, is
+/// asked whether to go on.
 std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t major, std::uint16_t minor,
-                                          const Sha256 &source_hash, const std::vector<Section> &sections);
+                                          const Sha256 &source_hash, const std::vector<Section> &sections,
+                                          Progress *progress = nullptr);
 
 } // namespace voxshell

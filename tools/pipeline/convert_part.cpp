@@ -226,7 +226,7 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
 
     progress.stage("write", 3);
     const std::string map_meta = meta(scene.name, options, false);
-    part.vdb = vdb_bytes(cells, scene.source_hash, map_meta, map.channels);
+    part.vdb = vdb_bytes(cells, scene.source_hash, map_meta, map.channels, &progress);
     progress.advance(1);
     progress.check();
     map.cells = std::move(cells);
@@ -236,7 +236,7 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     map = {};
     progress.advance(1);
     progress.check();
-    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)});
+    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)}, &progress);
     progress.advance(1);
     return part;
 }

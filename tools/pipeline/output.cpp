@@ -42,7 +42,7 @@ class Descriptor {
     int fd_;
 };
 
-bool same_content(const fs::path &path, std::span<const std::uint8_t> bytes)
+bool same_content(const fs::path &path, std::span<const std::uint8_t> bytes, Progress &progress)
 {
     const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
     struct stat status = {};
@@ -51,6 +51,7 @@ bool same_content(const fs::path &path, std::span<const std::uint8_t> bytes)
         return false;
     std::vector<std::uint8_t> block(std::min<std::size_t>(bytes.size(), 1 << 20));
     for (std::size_t at = 0; at < bytes.size();) {
+        progress.check();
         const ssize_t got = read(file.get(), block.data(), std::min(block.size(), bytes.size() - at));
         if (got < 0 && errno == EINTR) continue;
         if (got <= 0 || std::memcmp(block.data(), bytes.data() + at, static_cast<std::size_t>(got)) != 0)
@@ -60,9 +61,10 @@ bool same_content(const fs::path &path, std::span<const std::uint8_t> bytes)
     return true;
 }
 
-void write_all(const fs::path &path, int fd, std::span<const std::uint8_t> bytes)
+void write_all(const fs::path &path, int fd, std::span<const std::uint8_t> bytes, Progress &progress)
 {
     for (std::size_t at = 0; at < bytes.size();) {
+        progress.check();
         const ssize_t put = write(fd, bytes.data() + at, std::min<std::size_t>(bytes.size() - at, 1 << 24));
         if (put < 0 && errno != EINTR) fail(path, errno);
         if (put > 0) at += static_cast<std::size_t>(put);
@@ -116,10 +118,11 @@ int Outputs::create(const fs::path &path)
     return file;
 }
 
-void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes)
+void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes, Progress *watched)
 {
+    Progress silent, &progress = watched ? *watched : silent;
     if (make_way(path)) {
-        if (same_content(path, bytes)) {
+        if (same_content(path, bytes, progress)) {
             pending_.push_back({{}, path});
             return;
         }
@@ -127,7 +130,7 @@ void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes)
             throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
     }
     Descriptor file(create(path));
-    write_all(path, file.get(), bytes);
+    write_all(path, file.get(), bytes, progress);
     if (fsync(file.get()) != 0) fail(path, errno);
     if (file.close() != 0) fail(path, errno);
 }
@@ -137,11 +140,12 @@ void Outputs::add_stream(const fs::path &path, const std::function<void(const Si
     const bool exists = make_way(path);
     Descriptor file(create(path));
     std::uint64_t size = 0;
+    Progress silent; // what gives the pieces looks itself
     bool same = exists; // with what is there, so far
     const Descriptor old(exists ? open(path.c_str(), O_RDONLY | O_CLOEXEC) : -1);
     std::string block;
     write([&](std::string_view piece) {
-        write_all(path, file.get(), {reinterpret_cast<const std::uint8_t *>(piece.data()), piece.size()});
+        write_all(path, file.get(), {reinterpret_cast<const std::uint8_t *>(piece.data()), piece.size()}, silent);
         if (same) {
             block.resize(piece.size());
             same = pread(old.get(), block.data(), block.size(), static_cast<off_t>(size)) ==

@@ -76,30 +76,51 @@ struct Placed {
 
 constexpr std::size_t long_work = 1 << 16; // points between two looks at whether to stop
 
+// f(point), asking now and then whether to stop.
+template<typename F>
+void each(std::span<Placed> points, Progress &progress, F f)
+{
+    while (!points.empty()) {
+        progress.check();
+        const std::span<Placed> now = points.first(std::min(long_work, points.size()));
+        for (Placed &p : now) f(p);
+        points = points.subspan(now.size());
+    }
+}
+
+// What the n-th smallest of some values is (n from 0), where value v occurs count[v] times; n is then how
+// many of its kind come before it.
+std::uint32_t nth(const std::vector<std::size_t> &count, std::size_t &n)
+{
+    std::uint32_t value = 0;
+    while (n >= count[value]) n -= count[value++];
+    return value;
+}
+
 // Brings the first `half` points, by cell along the axis and then by index, to the front. In passes over the
-// points instead of std::nth_element, which cannot be stopped: by the cell that the half ends in, and the
-// indices there.
+// points instead of std::nth_element, which cannot be stopped: the first point of the upper half by its cell,
+// then by the upper and the lower half of its index.
 void split(std::span<Placed> points, std::size_t half, int axis, std::uint32_t low, std::uint32_t high,
            Progress &progress)
 {
     std::vector<std::size_t> count(high - low + 1);
-    for (const Placed &p : points) ++count[p.cell[axis] - low];
-    progress.check();
-    std::uint32_t cell = low;
-    std::size_t before = 0;
-    while (before + count[cell - low] <= half) before += count[cell++ - low];
-    std::vector<std::uint32_t> there;
-    for (const Placed &p : points)
-        if (p.cell[axis] == cell) there.push_back(p.index);
-    progress.check();
-    const auto end = there.begin() + static_cast<std::ptrdiff_t>(half - before);
-    std::nth_element(there.begin(), end, there.end());
-    const std::uint32_t index = *end; // the first point of the upper half is (cell, index)
-    progress.check();
-    std::partition(points.begin(), points.end(), [=](const Placed &p) {
-        return p.cell[axis] < cell || (p.cell[axis] == cell && p.index < index);
+    each(points, progress, [&](const Placed &p) { ++count[p.cell[axis] - low]; });
+    std::size_t before = half;
+    const std::uint32_t cell = low + nth(count, before);
+    count.assign(1 << 16, 0);
+    each(points, progress, [&](const Placed &p) {
+        if (p.cell[axis] == cell) ++count[p.index >> 16];
     });
-    progress.check();
+    const std::uint32_t upper = nth(count, before);
+    count.assign(1 << 16, 0);
+    each(points, progress, [&](const Placed &p) {
+        if (p.cell[axis] == cell && p.index >> 16 == upper) ++count[p.index & 0xffff];
+    });
+    const std::uint32_t index = upper << 16 | nth(count, before);
+    Placed *end = points.data();
+    each(points, progress, [&](Placed &p) {
+        if (p.cell[axis] < cell || (p.cell[axis] == cell && p.index < index)) std::swap(*end++, p);
+    });
 }
 
 // The order of cluster.hpp. Which points make a half does not depend on how they are found.
@@ -110,11 +131,12 @@ void halve(std::span<Placed> points, Progress &progress)
         return;
     }
     std::array<std::uint32_t, 3> low = points[0].cell, high = low;
-    for (const Placed &p : points)
+    each(points, progress, [&](const Placed &p) {
         for (int i = 0; i < 3; ++i) {
             low[i] = std::min(low[i], p.cell[i]);
             high[i] = std::max(high[i], p.cell[i]);
         }
+    });
     int axis = 0;
     for (int i = 1; i < 3; ++i)
         if (high[i] - low[i] > high[axis] - low[axis]) axis = i;

@@ -54,7 +54,7 @@ std::vector<vxs_pointshell_cluster> cluster_table(const Shell &shell)
 
 } // namespace
 
-std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file)
+std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file, Progress *progress)
 {
     const Shell &shell = file.shell;
     const auto &points = shell.points;
@@ -86,16 +86,18 @@ std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file)
     std::vector<Section> sections;
     sections.push_back(make_section(VXS_POINTSHELL_SECTION_SHEL, sizeof info,
                                     std::span<const vxs_pointshell_info>(&info, 1)));
-    for (std::size_t a = 0; a < 3; ++a)
-        sections.push_back(column(position[a], points, [a](const ShellPoint &p) { return p.position[a]; }));
-    for (std::size_t a = 0; a < 3; ++a)
-        sections.push_back(column(normal[a], points, [a](const ShellPoint &p) { return p.normal[a]; }));
+    const auto add = [&](std::uint32_t id, auto get) {
+        if (progress) progress->check();
+        sections.push_back(column(id, points, get));
+    };
+    for (std::size_t a = 0; a < 3; ++a) add(position[a], [a](const ShellPoint &p) { return p.position[a]; });
+    for (std::size_t a = 0; a < 3; ++a) add(normal[a], [a](const ShellPoint &p) { return p.normal[a]; });
     sections.push_back(area_column(points));
     sections.push_back(make_section(VXS_POINTSHELL_SECTION_CLUS, sizeof(vxs_pointshell_cluster),
                                     std::span<const vxs_pointshell_cluster>(clusters)));
     sections.push_back(make_section(VXS_SECTION_META, 1, std::span<const char>(file.meta)));
     return container_bytes(VXS_POINTSHELL_MAGIC, VXS_POINTSHELL_VERSION_MAJOR, VXS_POINTSHELL_VERSION_MINOR,
-                           file.source_hash, sections);
+                           file.source_hash, sections, progress);
 }
 
 PointshellFile read_pointshell(const std::filesystem::path &path)

@@ -16,7 +16,8 @@ struct PointshellFile {
     std::string meta = "{}"; ///< the META section's JSON text
 };
 
-std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file);
+/// `progress`, if given, is asked whether to go on.
+std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file, Progress *progress = nullptr);
 
 /// As read_voxmap().
 PointshellFile read_pointshell(const std::filesystem::path &path);

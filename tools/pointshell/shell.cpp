@@ -217,6 +217,7 @@ Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Ce
                                   static_cast<int>(VXS_POINTSHELL_MAX_POINTS)));
     shell.points.reserve(count);
     for (std::size_t p = 0; p < portions.size(); ++p) {
+        progress.check();
         Portion &portion = portions[p];
         const std::size_t end = std::min(bricks, (p + 1) * bricks_per_portion);
         for (std::size_t b = p * bricks_per_portion; b < end; ++b) first[b] += shell.points.size();

@@ -9,8 +9,10 @@
 #include <cstring>
 #include <fmt/core.h>
 #include <map>
+#include <memory>
 #include <openvdb/openvdb.h>
-#include <sstream>
+#include <ostream>
+#include <streambuf>
 #include <string_view>
 
 namespace voxshell {
@@ -25,6 +27,63 @@ constexpr std::size_t uuid_offset =
     21; // after i64 magic, u32 version, u32 and u32 library version, u8 offsets
 constexpr std::string_view nil_uuid = "00000000-0000-0000-0000-000000000000";
 
+/// Into memory, asking whether to stop; in pieces that need not move when there are more.
+class MemoryBuffer : public std::streambuf {
+  public:
+    explicit MemoryBuffer(Progress &progress) : progress_(progress) {}
+
+    /// What was written; leaves nothing.
+    std::vector<std::uint8_t> take()
+    {
+        std::vector<std::uint8_t> bytes;
+        bytes.reserve(static_cast<std::size_t>(size_));
+        for (std::unique_ptr<char[]> &data : pieces_) {
+            progress_.check();
+            const auto left = std::min(piece, size_ - static_cast<off_type>(bytes.size()));
+            bytes.insert(bytes.end(), data.get(), data.get() + left);
+            data.reset();
+        }
+        return bytes;
+    }
+
+  private:
+    static constexpr off_type piece = 1 << 20;
+
+    std::streamsize xsputn(const char *data, std::streamsize size) override
+    {
+        progress_.check();
+        for (std::streamsize left = size; left > 0;) {
+            if (at_ / piece == static_cast<off_type>(pieces_.size()))
+                pieces_.push_back(std::make_unique_for_overwrite<char[]>(piece));
+            const auto now = std::min<std::streamsize>(left, piece - at_ % piece);
+            std::copy_n(data, now, pieces_[static_cast<std::size_t>(at_ / piece)].get() + at_ % piece);
+            data += now, at_ += now, left -= now;
+        }
+        size_ = std::max(size_, at_);
+        return size;
+    }
+    int_type overflow(int_type c) override
+    {
+        if (traits_type::eq_int_type(c, traits_type::eof())) return traits_type::not_eof(c);
+        const std::array<char, 1> one{traits_type::to_char_type(c)};
+        xsputn(one.data(), 1);
+        return c;
+    }
+    pos_type seekoff(off_type off, std::ios_base::seekdir from, std::ios_base::openmode which) override
+    {
+        return seekpos(off + (from == std::ios_base::beg ? 0 : from == std::ios_base::cur ? at_ : size_), which);
+    }
+    pos_type seekpos(pos_type to, std::ios_base::openmode) override
+    {
+        if (to < 0 || to > size_) return off_type{-1};
+        return at_ = to;
+    }
+
+    Progress &progress_;
+    std::vector<std::unique_ptr<char[]>> pieces_;
+    off_type at_ = 0, size_ = 0;
+};
+
 /// io::File writes to a path and io::Stream gives up the offsets that let a viewer load one grid.
 struct MemoryArchive : openvdb::io::Archive {
     MemoryArchive()
@@ -32,11 +91,14 @@ struct MemoryArchive : openvdb::io::Archive {
         setCompression(openvdb::io::COMPRESS_ACTIVE_MASK); // a codec's bytes depend on its version
         setGridStatsMetadataEnabled(false);                // they depend on the library's ABI
     }
-    std::string bytes(const openvdb::GridCPtrVec &grids, const openvdb::MetaMap &metadata) const
+    std::vector<std::uint8_t> bytes(const openvdb::GridCPtrVec &grids, const openvdb::MetaMap &metadata,
+                                    Progress &progress) const
     {
-        std::ostringstream out;
+        MemoryBuffer buffer(progress);
+        std::ostream out(&buffer);
+        out.exceptions(std::ios_base::badbit); // lets a Failure through
         Archive::write(out, grids, true, metadata);
-        return std::move(out).str();
+        return buffer.take();
     }
 };
 
@@ -52,9 +114,10 @@ openvdb::Coord corner(const Cell &origin, const BrickAt &at)
     return coord(8 * (origin[0] + at[0]), 8 * (origin[1] + at[1]), 8 * (origin[2] + at[2]));
 }
 
-void add_bricks(const Cells &cells, const Cell &origin, Tree &tree)
+void add_bricks(const Cells &cells, const Cell &origin, Tree &tree, Progress &progress)
 {
     for (const Brick &brick : cells.bricks) {
+        progress.check();
         if (brick.interior == all || (brick.surface == none && brick.interior == none))
             continue; // a tile, or nothing
         auto *leaf = new Leaf(corner(origin, brick.at), VXS_CELL_FREE, false);
@@ -111,13 +174,14 @@ void add_solid(const Cells &cells, const Cell &origin, AnyTree &tree, typename A
 template<typename Grid, typename Value>
 typename Grid::Ptr channel_grid(const char *name, const Cells &cells, const Cell &origin,
                                 typename Grid::ValueType outside, typename Grid::ValueType inside,
-                                Value value)
+                                Value value, Progress &progress)
 {
     using AnyLeaf = typename Grid::TreeType::LeafNodeType;
     auto grid = Grid::create(outside);
     grid->setName(name);
     add_solid(cells, origin, grid->tree(), inside, false, false);
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
+        progress.check();
         auto *leaf = new AnyLeaf(corner(origin, cells.bricks[b].at), outside, true);
         for (std::size_t c = 0; c < 512; ++c) leaf->buffer().data()[c] = value(b, c);
         grid->tree().addLeaf(leaf);
@@ -126,9 +190,9 @@ typename Grid::Ptr channel_grid(const char *name, const Cells &cells, const Cell
 }
 
 /// A UUID of version 8 (vendor's own) from the hash of the file with the nil UUID in its place.
-std::string content_uuid(std::span<const std::uint8_t> bytes)
+std::string content_uuid(std::span<const std::uint8_t> bytes, Progress *progress = nullptr)
 {
-    Sha256Stream stream;
+    Sha256Stream stream(progress);
     stream.update(bytes.first(uuid_offset));
     stream.update({reinterpret_cast<const std::uint8_t *>(nil_uuid.data()), nil_uuid.size()});
     stream.update(bytes.subspan(uuid_offset + nil_uuid.size()));
@@ -143,8 +207,9 @@ std::string content_uuid(std::span<const std::uint8_t> bytes)
 } // namespace
 
 std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels &channels,
-                                              double unit_metres)
+                                              double unit_metres, Progress *watched)
 {
+    Progress silent, &progress = watched ? *watched : silent;
     openvdb::initialize();
     for (int axis = 0; axis < 3; ++axis) {
         if (cells.min[axis] < -vdb_max_index || cells.max[axis] > vdb_max_index)
@@ -159,14 +224,14 @@ std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels
     std::vector<openvdb::GridBase::Ptr> grids;
     auto state = openvdb::Int32Grid::create(VXS_CELL_FREE);
     state->setName(vdb_grid_name);
-    add_bricks(cells, origin, state->tree());
+    add_bricks(cells, origin, state->tree(), progress);
     add_solid(cells, origin, state->tree(), VXS_CELL_INTERIOR, true, true);
     grids.push_back(state);
     if (!channels.layer.empty()) {
         const int beyond = channels.layer_count + 1;
         grids.push_back(channel_grid<openvdb::Int32Grid>(
             vdb_layer_grid, cells, origin, beyond, -beyond,
-            [&](std::size_t b, std::size_t c) { return int{channels.layer[b][c]}; }));
+            [&](std::size_t b, std::size_t c) { return int{channels.layer[b][c]}; }, progress));
     }
     if (!channels.distance.empty()) {
         const double step = channels.distance_step / unit_metres;
@@ -175,20 +240,22 @@ std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels
             vdb_distance_grid, cells, origin, beyond, channels.unsigned_distance ? beyond : -beyond,
             [&](std::size_t b, std::size_t c) {
                 return static_cast<float>(channels.distance[b][c] * step);
-            }));
+            },
+            progress));
         if (!channels.unsigned_distance) grids.back()->setGridClass(openvdb::GRID_LEVEL_SET);
     }
     return grids;
 }
 
 std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta,
-                                    const Channels &channels)
+                                    const Channels &channels, Progress *watched)
 {
+    Progress silent, &progress = watched ? *watched : silent;
     const VdbUnit unit = *std::find_if(vdb_units.begin(), vdb_units.end() - 1, [&](const VdbUnit &each) {
         return cells.voxel >= vdb_min_scale * each.metres;
     });
     const double scale = cells.voxel / unit.metres;
-    const std::vector<openvdb::GridBase::Ptr> grids = vdb_grids(cells, channels, unit.metres);
+    const std::vector<openvdb::GridBase::Ptr> grids = vdb_grids(cells, channels, unit.metres, &progress);
     auto transform = openvdb::math::Transform::createLinearTransform(scale);
     transform->postTranslate(openvdb::Vec3d(scale / 2));
     for (const auto &grid : grids) grid->setTransform(transform);
@@ -208,9 +275,8 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
         metadata.insertMeta(vdb_meta_unsigned, openvdb::BoolMetadata(channels.unsigned_distance));
     }
 
-    const std::string text = MemoryArchive().bytes({grids.begin(), grids.end()}, metadata);
-    std::vector<std::uint8_t> bytes(text.begin(), text.end());
-    const std::string uuid = content_uuid(bytes);
+    std::vector<std::uint8_t> bytes = MemoryArchive().bytes({grids.begin(), grids.end()}, metadata, progress);
+    const std::string uuid = content_uuid(bytes, &progress);
     std::copy(uuid.begin(), uuid.end(), bytes.begin() + uuid_offset);
     return bytes;
 }

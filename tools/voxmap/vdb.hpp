@@ -21,8 +21,9 @@ namespace voxshell {
 /// tiles, not voxels. Throws Failure(requirement) if a cell's index does not fit 32 bits. Channels become
 /// grids `layer` (Int32) and `distance` (Float, in the transform's unit; a level set if it is signed): active
 /// where they speak, else "beyond".
+/// `progress`, if given, is asked whether to go on.
 std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta,
-                                    const Channels &channels = {});
+                                    const Channels &channels = {}, Progress *progress = nullptr);
 
 /// Which grid of a .vdb of another program to take, and how. What is not said is found in the file, or
 /// refused.

@@ -12,8 +12,8 @@ namespace voxshell {
 
 /// Grid `state` (Int32), then, where the channels are there, `layer` (Int32) and `distance` (Float, in
 /// `unit_metres`). Solid runs are tiles. The transform is left to the caller. Throws Failure(requirement)
-/// beyond 32-bit indices.
+/// beyond 32-bit indices. `progress`, if given, is asked whether to go on.
 std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels &channels,
-                                              double unit_metres);
+                                              double unit_metres, Progress *progress = nullptr);
 
 } // namespace voxshell

@@ -409,7 +409,7 @@ std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file, Progress *progres
         add(VXS_SECTION_META, 1, file.meta);
     }
     return container_bytes(VXS_VOXMAP_MAGIC, VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR,
-                           file.source_hash, sections);
+                           file.source_hash, sections, progress);
 }
 
 VoxmapFile read_voxmap(const std::filesystem::path &path)
