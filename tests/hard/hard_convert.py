@@ -4,6 +4,8 @@ or refused with one clear line. Each conversion is a process of its own, whose p
 import json
 import os
 import pathlib
+import random
+import struct
 import subprocess
 import sys
 import tempfile
@@ -74,12 +76,39 @@ def check(path, folder, cells):
     return bad, peak / estimate
 
 
+def dust(path, size, count=30000):
+    """Unconnected triangles of about `size` anywhere in a box of 1000: their area says nothing of the cells that they cost."""
+    dice = random.Random(7)
+    with open(path, 'wb') as file:
+        file.write(bytes(80) + struct.pack('<I', count))
+        for _ in range(count):
+            at = [dice.uniform(0, 1000) for _ in range(3)]
+            corners = [x + dice.uniform(-size, size) / 2 for _ in range(3) for x in at]
+            file.write(struct.pack('<12fH', 0, 0, 0, *corners, 0))
+    return path
+
+
+def check_dust(folder):
+    """A triangle a cell, many a cell, one a brick, and one a chunk; problems found."""
+    bad = []
+    for size, cells in ((0.3, 20), (0.3, 30), (0.3, 256), (3, 1000), (0.3, 2500)):
+        found, ratio = check(dust(folder / f'dust-{size}-{cells}.stl', size), folder, cells)
+        print(f'dust of {size / 1000 * cells:.2g} cells in a box of {cells}: peak / estimate {ratio:.2f}', flush=True)
+        bad += [f'dust, {cells} cells: {line}' for line in found]
+        if not ratio > 0.4 and not command.sanitized():
+            bad.append(f'dust, {cells} cells: the estimate is {1 / ratio:.2f} times the peak')
+    return bad
+
+
 def main():
+    with tempfile.TemporaryDirectory() as name:
+        dusty = check_dust(pathlib.Path(name))
+    print(*dusty, sep='\n')
     files = sorted(path for path in (DATA / 'hard').rglob('*') if path.is_file())
     if not files:
         print('skipped: the shared data are not here')
-        sys.exit(SKIPPED)
-    failed, ratios, refused = 0, [], 0
+        sys.exit(1 if dusty else SKIPPED)
+    failed, ratios, refused = len(dusty), [], 0
     with tempfile.TemporaryDirectory() as name:
         for path in files:
             for cells in CELLS:

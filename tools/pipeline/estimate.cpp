@@ -2,6 +2,7 @@
 #include "pipeline/estimate.hpp"
 
 #include "cli/options.hpp"
+#include "pipeline/pieces.hpp"
 #include "voxshell/format/pointshell.h"
 
 #include <fmt/format.h>
@@ -23,18 +24,23 @@ struct Extent {
     double edge = 0; ///< sum over triangles of half the 1-norm of their edges [m]
     double span = 0; ///< largest extent of the box [m]
     double triangles = 0, vertices = 0;
+    Point size{}; ///< of the box [m]
+    Pieces pieces;
 };
 
 Extent extent(const Mesh &mesh)
 {
-    Extent out;
+    Extent out{.pieces = Pieces(mesh)};
     Point low = mesh.vertices.empty() ? Point{} : mesh.vertices[0], high = low;
     for (const Point &p : mesh.vertices)
         for (std::size_t axis = 0; axis < 3; ++axis) {
             low[axis] = std::min(low[axis], p[axis]);
             high[axis] = std::max(high[axis], p[axis]);
         }
-    for (std::size_t axis = 0; axis < 3; ++axis) out.span = std::max(out.span, high[axis] - low[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        out.size[axis] = high[axis] - low[axis];
+        out.span = std::max(out.span, out.size[axis]);
+    }
     for (const Triangle &t : mesh.triangles) {
         const Point &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
         double u[3], v[3];
@@ -56,13 +62,19 @@ Estimate estimate(const Extent &e, double voxel, const ChannelRequest &channels)
 {
     const double brick = 8 * voxel;
     Estimate out;
-    out.surface_cells = std::max(e.area / (voxel * voxel), e.span / voxel) + 1;
+    const double faces = std::max(e.area / (voxel * voxel), e.span / voxel) + 1; // cells
+    out.surface_cells = faces + e.pieces.cubes(voxel);
     out.pairs = e.area / (brick * brick) + e.edge / brick + e.triangles;
-    const double bricks = std::min(out.pairs, out.surface_cells / 32 + 1);
+    const double bricks = std::min(out.pairs, faces / 32 + 1 + e.pieces.cubes(brick));
+    // Chunks of 64 cells, and those around them, which have a clearance too. Those of faces are in the figure
+    // a cell.
+    const double chunk = 64 * voxel, chunks = e.pieces.cubes(chunk);
+    const double around =
+        std::min(27 * chunks, (e.size[0] / chunk + 2) * (e.size[1] / chunk + 2) * (e.size[2] / chunk + 2));
     // Measured on parts of 10 to 10^6 triangles and 10^3 to 10^7 cells, where the peak was 110 to 155 bytes a
     // cell with its share of a brick, rounded up.
     out.memory_bytes = 48e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs +
-                       125 * out.surface_cells + 2048 * bricks;
+                       125 * out.surface_cells + 2048 * bricks + 6144 * chunks + 12288 * around;
     out.file_bytes = 8192 + 34 * out.surface_cells + 400 * bricks;
     out.seconds = 0.03 + 6e-6 * e.triangles + 2e-6 * out.pairs + 3e-6 * out.surface_cells;
     const bool layers = channels.layers > 0, distance = channels.distance_cells > 0;
