@@ -203,11 +203,14 @@ static void push(const hole *h, const vxs_voxmap *map, vxs_contact *contact, dou
     }
 }
 
-int main(void)
+/* With an argument: every mode everywhere, and finer cells. */
+int main(int argc, char **argv)
 {
+    (void)argv;
+    const int is_long = argc > 1;
     const hole h = {0.010, 0.030, {0.00037, -0.00021}};
     const double voxels[] = {0.0005, 0.00025}, asides[] = {0, 0.00004, 0.0001};
-    for (int v = 0; v < 2; v++) {
+    for (int v = 0; v < 1 + is_long; v++) {
         const double voxel = voxels[v];
         const int64_t reach = (int64_t)(0.0125 / voxel), top = (int64_t)(h.height / voxel);
         const int64_t low[3] = {-reach, 0, -reach}, high[3] = {reach, top, reach};
@@ -221,7 +224,7 @@ int main(void)
         CHECK_INT(vxs_contact_init(memory, vxs_contact_memory(&shell, 1), &shell, 1, &contact), VXS_OK);
         for (int a = 0; a < 3; a++) {
             worst found[MODES];
-            const int count = v == 0 ? MODES : 2; /* the finer one: field distance only */
+            const int count = is_long ? MODES : a == 1 ? 2 : 1;
             push(&h, &map, contact, asides[a], count, found);
             printf("cells of %.2f mm, %u points, axis %.2f mm aside: error of force, torque, direction; "
                    "jumps of "
