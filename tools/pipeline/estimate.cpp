@@ -72,8 +72,9 @@ Estimate estimate(const Extent &e, double voxel, const ChannelRequest &channels)
     const double around =
         std::min(27 * chunks, (e.size[0] / chunk + 2) * (e.size[1] / chunk + 2) * (e.size[2] / chunk + 2));
     // Measured on parts of 10 to 10^6 triangles and 10^3 to 10^7 cells, where the peak was 110 to 155 bytes a
-    // cell with its share of a brick, rounded up.
-    out.memory_bytes = 48e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs +
+    // cell with its share of a brick, rounded up. The program itself, its libraries and two threads take 46
+    // MiB.
+    out.memory_bytes = 60e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs +
                        125 * out.surface_cells + 2048 * bricks + 6144 * chunks + 12288 * around;
     out.file_bytes = 8192 + 34 * out.surface_cells + 400 * bricks;
     out.seconds = 0.03 + 6e-6 * e.triangles + 2e-6 * out.pairs + 3e-6 * out.surface_cells;
@@ -125,14 +126,16 @@ void check_budget(const Mesh &mesh, double voxel, std::uint64_t budget, const Ch
                                          length, format_length(voxel), need.surface_cells,
                                          need.memory_bytes / (1 << 30), limit / (1 << 30));
     if (high >= 1e9)
-        throw Failure(ExitCode::requirement, "", what + "; no " + length + " is large enough, raise --max-memory");
+        throw Failure(ExitCode::requirement, "",
+                      what + "; no " + length + " is large enough, raise --max-memory");
     for (int step = 0; step < 40; ++step) {
         const double middle = std::sqrt(low * high);
         (fits(estimate(e, middle, channels), limit) ? high : low) = middle;
     }
     const double unit = std::pow(10.0, std::floor(std::log10(high)) - 1); // two digits, rounded up
     throw Failure(ExitCode::requirement, "",
-                  what + "; the smallest " + length + " that fits is " + format_length(std::ceil(high / unit) * unit));
+                  what + "; the smallest " + length + " that fits is " +
+                      format_length(std::ceil(high / unit) * unit));
 }
 
 std::uint64_t machine_memory()
