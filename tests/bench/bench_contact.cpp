@@ -10,7 +10,7 @@ int main(int argc, char **argv)
     Last<MapKey, OurMap> maps[2];           // without and with distance
     std::vector<RivalRow> table;
     for (const OurMode &mode : our_modes())
-        table.push_back({mode.name, Kind::points, [&](const Job &job, const Points &points) {
+        table.push_back({mode.name, Kind::points, [&, mode](const Job &job, const Points &points) {
                              const auto map =
                                  maps[mode.distance].get({job.motion == Motion::all, job.voxel}, [&] {
                                      return make_our_map(static_mesh(job.motion), job.voxel, mode.distance);
