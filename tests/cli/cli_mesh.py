@@ -56,7 +56,7 @@ class Mesh(command.CommandTest):
     def test_auto_within_bounds(self):
         needle = shapes.write_stl(self.path('needle.stl'), shapes.box(100, 100, 0.01))
         self.convert(needle, '--voxel', 'auto', '--dry-run', out=r'voxel 50 um: .* 10 um, less than three voxels; but .* 2000 voxels')
-        self.convert(self.cup, '--voxel', 'auto', '--max-memory', '47M', '--dry-run', out=r'1 mm would need more memory than 47\.0 MiB')
+        self.convert(self.cup, '--voxel', 'auto', '--max-memory', '59M', '--dry-run', out=r'1 mm would need more memory than 59\.0 MiB')
         sheet = shapes.write_stl(self.path('sheet.stl'), shapes.box(50, 50, 50)[:2])
         self.convert(sheet, '--voxel', 'auto', out=r'voxel   0\.1 mm: no interior that could be measured', err='open mesh')
         self.assertIsNone(self.part['thickness'])
