@@ -4,6 +4,7 @@
 
 #include "solids.hpp"
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -128,6 +129,14 @@ inline Mesh block(double top = 0.5e-3)
 inline Mesh ball(double radius = 5e-3)
 {
     return solids::sphere({0, 0, 0}, radius, 48);
+}
+
+/// A floor turned about both axes, so that its top crosses cells in steps.
+inline Point tilted(const Point &p)
+{
+    const double a = 0.35, b = 0.2;
+    const Point q{std::cos(a) * p[0] - std::sin(a) * p[1], std::sin(a) * p[0] + std::cos(a) * p[1], p[2]};
+    return {q[0], std::cos(b) * q[1] - std::sin(b) * q[2], std::sin(b) * q[1] + std::cos(b) * q[2]};
 }
 
 } // namespace hard

@@ -8,14 +8,6 @@
 namespace hard {
 namespace {
 
-/// The floor turned about both axes, so that its top crosses cells in steps.
-Point tilted(const Point &p)
-{
-    const double a = 0.35, b = 0.2;
-    const Point q{std::cos(a) * p[0] - std::sin(a) * p[1], std::sin(a) * p[0] + std::cos(a) * p[1], p[2]};
-    return {q[0], std::cos(b) * q[1] - std::sin(b) * q[2], std::sin(b) * q[1] + std::cos(b) * q[2]};
-}
-
 void run(const Pair &pair, const Options &, Measured &m)
 {
     Touch touch(asset("tilted block", h, [] { return moved(block(), tilted); }),
