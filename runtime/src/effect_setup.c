@@ -21,8 +21,16 @@ vxs_result vxs_effect_default(uint32_t kind, vxs_effect *effect)
     memset(effect, 0, sizeof *effect);
     effect->struct_size = sizeof *effect;
     effect->kind = kind;
-    if (stage->defaults) stage->defaults(effect);
+    for (uint32_t n = 0; n < stage->constant_count; n++)
+        effect->as.constants[n] = stage->constants[n].standard;
     return VXS_OK;
+}
+
+const vxs_effect_constant *vxs_effect_constants(uint32_t kind, uint32_t *count)
+{
+    const vxsi_stage *stage = vxsi_stage_of(kind);
+    if (count) *count = stage ? stage->constant_count : 0;
+    return stage ? stage->constants : NULL;
 }
 
 vxs_result vxs_effect_check(const vxs_effect *effect)
@@ -31,6 +39,12 @@ vxs_result vxs_effect_check(const vxs_effect *effect)
     if (effect->struct_size != sizeof *effect) return VXS_CONFIG;
     const vxsi_stage *stage = vxsi_stage_of(effect->kind);
     if (!stage) return VXS_PARAM;
+    for (uint32_t n = 0; n < VXS_EFFECT_MAX_CONSTANTS; n++) {
+        double value = effect->as.constants[n];
+        double least = n < stage->constant_count ? stage->constants[n].least : 0;
+        double most = n < stage->constant_count ? stage->constants[n].most : 0;
+        if (!(value >= least && value <= most)) return VXS_PARAM;
+    }
     return stage->check ? stage->check(effect) : VXS_OK;
 }
 

@@ -31,8 +31,9 @@ typedef struct vxsi_stage {
     uint32_t effect;  /* VXS_EFFECT_*; 0: always there, its self is the servo */
     const char *name; /* as people write it */
     size_t size;      /* bytes of self */
-    /* At set-up, of an effect; optional. self is all 0 before set_up. */
-    void (*defaults)(vxs_effect *effect);
+    /* At set-up, of an effect; optional. check: beyond the constants' ranges. self is all 0 before set_up. */
+    const vxs_effect_constant *constants;
+    uint32_t constant_count;
     vxs_result (*check)(const vxs_effect *effect);
     void (*set_up)(void *self, const vxs_effect *effect, const vxs_servo_config *config);
     /* In the tick. reset: to rest with the device at the tip; optional. */

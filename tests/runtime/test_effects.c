@@ -63,6 +63,42 @@ static void check_refusals(void)
     bench_close(&b);
 }
 
+/* The table of constants is what C's names say, and each range is kept. */
+static void check_constants(void)
+{
+    vxs_effect e;
+    CHECK_INT(vxs_effect_default(VXS_EFFECT_PASSIVITY, &e), VXS_OK);
+    const double *const passivity[] = {&e.as.passivity.most_damping, &e.as.passivity.least_speed,
+                                       &e.as.passivity.radius, &e.as.passivity.delay};
+    for (int n = 0; n < 4; n++) CHECK(passivity[n] == &e.as.constants[n]);
+    CHECK(&e.as.slew.force == &e.as.constants[0] && &e.as.slew.torque == &e.as.constants[1]);
+    CHECK(&e.as.soft_start.time == &e.as.constants[0]);
+    int kinds = 0;
+    for (uint32_t kind = 0; kind < 100; kind++) {
+        uint32_t count = 99;
+        const vxs_effect_constant *constants = vxs_effect_constants(kind, &count);
+        if (vxs_effect_default(kind, &e) != VXS_OK) {
+            CHECK(!constants && count == 0);
+            continue;
+        }
+        kinds++;
+        CHECK(count <= VXS_EFFECT_MAX_CONSTANTS);
+        CHECK_INT(vxs_effect_check(&e), VXS_OK);
+        for (uint32_t n = 0; n < VXS_EFFECT_MAX_CONSTANTS; n++) {
+            double least = n < count ? constants[n].least : 0, most = n < count ? constants[n].most : 0;
+            CHECK(isfinite(least) && isfinite(most) && least <= most);
+            CHECK(e.as.constants[n] == (n < count ? constants[n].standard : 0));
+            const double bad[] = {nextafter(least, -INFINITY), nextafter(most, INFINITY), NAN};
+            for (int b = 0; b < 3; b++) {
+                vxs_effect wrong = e;
+                wrong.as.constants[n] = bad[b];
+                CHECK_INT(vxs_effect_check(&wrong), VXS_PARAM);
+            }
+        }
+    }
+    CHECK(kinds >= 4);
+}
+
 /* A stiff wall beside the tip, so that force and torque jump. */
 static void prepare_jumps(servo_bench *b)
 {
@@ -355,6 +391,7 @@ static void check_order_and_length(long longest)
 int main(int count, char **arguments)
 {
     check_names();
+    check_constants();
     check_refusals();
     check_slew();
     check_clamp_direction();

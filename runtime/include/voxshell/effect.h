@@ -47,20 +47,22 @@ enum {
     VXS_EFFECT_SOFT_START = 4
 };
 
-enum { VXS_EFFECT_MAX_DELAY = 64 };
+enum { VXS_EFFECT_MAX_DELAY = 64, VXS_EFFECT_MAX_CONSTANTS = 24 };
 
-/* Config of one effect: filled by vxs_effect_default(). */
+/* Config of one effect: filled by vxs_effect_default(). Its constants have names for C, and are one array in
+ * the order of vxs_effect_constants() for files and tables. */
 typedef struct vxs_effect {
     uint32_t struct_size;
     uint32_t kind; /* VXS_EFFECT_* */
     union {
+        double constants[VXS_EFFECT_MAX_CONSTANTS]; /* those that the kind does not have are 0 */
         struct {
             double most_damping; /* [N s/m] > 0; default 5. Above about m / (T (d + 1/2)) of the felt mass m
                                     it shakes by itself; a device's caps say what it recommends */
             double least_speed;  /* [m/s] >= 0, below it nothing is damped; default 0.001 */
             double radius;       /* [m] >= 0, of turning; 0 (default): turning is neither counted nor damped,
                                     as for a device that renders no torque */
-            uint32_t delay;      /* d, 0 .. VXS_EFFECT_MAX_DELAY: caps.delay_samples; default 1 */
+            double delay; /* d [samples], whole, 0 .. VXS_EFFECT_MAX_DELAY: caps.delay_samples; default 1 */
         } passivity;
         struct {
             double force;  /* [N/s] >= 0; 0 (default): from zero to max_force in 4 ms */
@@ -72,10 +74,23 @@ typedef struct vxs_effect {
     } as;
 } vxs_effect;
 
+/* One constant of a kind. */
+typedef struct vxs_effect_constant {
+    const char *name;   /* as in the struct above and in a scene file */
+    const char *unit;   /* "N/s"; "" for a plain number */
+    double standard;    /* by default */
+    double least, most; /* finite */
+} vxs_effect_constant;
+
+/* The constants of a kind in their order, *count of them; NULL and 0 for no such kind or none. Ownership:
+ * static. Thread: any, rt-safe. */
+VXS_API const vxs_effect_constant *vxs_effect_constants(uint32_t kind, uint32_t *count);
+
 /* VXS_OK; VXS_PARAM for no such kind (effect untouched). Thread: any, rt-safe. */
 VXS_API vxs_result vxs_effect_default(uint32_t kind, vxs_effect *effect);
 
-/* VXS_OK; VXS_CONFIG; VXS_PARAM (no such kind, or a number out of its range). Thread: any, set-up. */
+/* VXS_OK; VXS_CONFIG; VXS_PARAM (no such kind, a number out of its range, one that the kind does not have not
+ * 0). Thread: any, set-up. */
 VXS_API vxs_result vxs_effect_check(const vxs_effect *effect);
 
 /* Name of a kind ("start-inside", "passivity", "slew", "soft-start"), NULL for none such; and back, 0 for

@@ -20,21 +20,14 @@ typedef struct passivity {
     vxs_wrench sent[VXS_EFFECT_MAX_DELAY + 1]; /* a ring of the last d + 1 */
 } passivity;
 
-static void defaults(vxs_effect *effect)
-{
-    effect->as.passivity.most_damping = 5;
-    effect->as.passivity.least_speed = 0.001;
-    effect->as.passivity.delay = 1;
-}
+static const vxs_effect_constant constants[] = {{"most_damping", "Ns/m", 5, 1e-12, 1e12},
+                                                {"least_speed", "m/s", 0.001, 0, 1e12},
+                                                {"radius", "m", 0, 0, 1e3},
+                                                {"delay", "", 1, 0, VXS_EFFECT_MAX_DELAY}};
 
 static vxs_result check(const vxs_effect *effect)
 {
-    double damping = effect->as.passivity.most_damping, speed = effect->as.passivity.least_speed,
-           radius = effect->as.passivity.radius;
-    return damping > 0 && isfinite(damping) && speed >= 0 && isfinite(speed) && radius >= 0 &&
-                   radius <= 1e3 && effect->as.passivity.delay <= VXS_EFFECT_MAX_DELAY
-               ? VXS_OK
-               : VXS_PARAM;
+    return effect->as.passivity.delay == floor(effect->as.passivity.delay) ? VXS_OK : VXS_PARAM;
 }
 
 static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config *config)
@@ -44,7 +37,7 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
     p->most_damping = effect->as.passivity.most_damping;
     p->least_way = effect->as.passivity.least_speed * p->sample_time;
     p->radius_square = effect->as.passivity.radius * effect->as.passivity.radius;
-    p->delay = effect->as.passivity.delay;
+    p->delay = (uint32_t)effect->as.passivity.delay;
 }
 
 static double dot(const double a[3], const double b[3])
@@ -125,7 +118,8 @@ extern const vxsi_stage vxsi_stage_passivity;
 const vxsi_stage vxsi_stage_passivity = {.effect = VXS_EFFECT_PASSIVITY,
                                          .name = "passivity",
                                          .size = sizeof(passivity),
-                                         .defaults = defaults,
+                                         .constants = constants,
+                                         .constant_count = sizeof constants / sizeof *constants,
                                          .check = check,
                                          .set_up = set_up,
                                          .reset = reset,

@@ -14,10 +14,7 @@ typedef struct slew {
     vxs_wrench last;                /* within the clamp, so that the limit does not wind up beyond it */
 } slew;
 
-static vxs_result check(const vxs_effect *effect)
-{
-    return effect->as.slew.force >= 0 && effect->as.slew.torque >= 0 ? VXS_OK : VXS_PARAM;
-}
+static const vxs_effect_constant constants[] = {{"force", "N/s", 0, 0, 1e12}, {"torque", "Nm/s", 0, 0, 1e12}};
 
 static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config *config)
 {
@@ -63,7 +60,8 @@ extern const vxsi_stage vxsi_stage_slew;
 const vxsi_stage vxsi_stage_slew = {.effect = VXS_EFFECT_SLEW,
                                     .name = "slew",
                                     .size = sizeof(slew),
-                                    .check = check,
+                                    .constants = constants,
+                                    .constant_count = sizeof constants / sizeof *constants,
                                     .set_up = set_up,
                                     .reset = reset,
                                     .run = run};

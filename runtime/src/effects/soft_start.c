@@ -9,15 +9,7 @@ typedef struct soft_start {
     double gain;
 } soft_start;
 
-static void defaults(vxs_effect *effect)
-{
-    effect->as.soft_start.time = 0.5;
-}
-
-static vxs_result check(const vxs_effect *effect)
-{
-    return effect->as.soft_start.time >= 0 && effect->as.soft_start.time <= 3600 ? VXS_OK : VXS_PARAM;
-}
+static const vxs_effect_constant constants[] = {{"time", "s", 0.5, 0, 3600}};
 
 static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config *config)
 {
@@ -48,8 +40,8 @@ extern const vxsi_stage vxsi_stage_soft_start;
 const vxsi_stage vxsi_stage_soft_start = {.effect = VXS_EFFECT_SOFT_START,
                                           .name = "soft-start",
                                           .size = sizeof(soft_start),
-                                          .defaults = defaults,
-                                          .check = check,
+                                          .constants = constants,
+                                          .constant_count = sizeof constants / sizeof *constants,
                                           .set_up = set_up,
                                           .reset = reset,
                                           .run = run};
