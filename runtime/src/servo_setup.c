@@ -121,6 +121,11 @@ static uint8_t *list_steps(vxs_servo *servo, const vxs_servo_config *config, uin
             memset(self, 0, stage->size);
             if (stage->set_up) stage->set_up(self, effect, config);
         }
+        if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self};
+        if (stage->pose) {
+            servo->pose = stage->pose;
+            servo->pose_self = self;
+        }
         servo->steps[servo->step_count++] = (vxsi_step){stage->run, self, stage->reset};
     }
     return bytes;

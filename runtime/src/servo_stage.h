@@ -13,6 +13,8 @@
 typedef struct vxsi_tick {
     const vxs_device_state *state; /* finite; device frame */
     vxs_pose tip;                  /* the device's tip in the scene */
+    vxs_pose body;                 /* where the tip of the object is: contact was evaluated there */
+    uint32_t evaluation;           /* of contact in this tick, from 0 on */
     vxs_contact_result contact;    /* from the stage contact on */
     vxs_wrench output;             /* from the stage coupling on; scene's frame */
     /* On the hand. Up to the stage coupling at the object and in the scene's frame, after it at the tip and
@@ -38,13 +40,19 @@ typedef struct vxsi_stage {
     void (*set_up)(void *self, const vxs_effect *effect, const vxs_servo_config *config);
     /* In the tick. reset: to rest with the device at the tip; optional. */
     void (*reset)(void *self, const vxs_pose *tip);
-    void (*run)(void *self, vxsi_tick *tick);
+    void (*run)(void *self, vxsi_tick *tick); /* optional if there is add */
+    /* After each evaluation of contact, of which a tick can have several: adds to the wrench what else acts
+     * on the object at `body`. Each goes on from where the last tick ended, not from the evaluation before
+     * it. Optional. */
+    void (*add)(void *self, vxsi_tick *tick);
+    /* In place of the coupling's: where the object is. Optional. */
+    void (*pose)(const void *self, const vxs_pose *tip, vxs_pose *body);
 } vxsi_stage;
 
 /* In order of execution. */
 extern const vxsi_stage *const vxsi_servo_table[];
 extern const uint32_t vxsi_servo_table_size;
-enum { VXSI_STAGE_MOST = 16 };
+enum { VXSI_STAGE_MOST = 24 };
 
 /* The row of an effect, NULL for none such. */
 const vxsi_stage *vxsi_stage_of(uint32_t effect);

@@ -8,19 +8,27 @@ static void evaluate_contact(void *self, vxsi_tick *tick)
 {
     vxs_servo *servo = self;
     uint32_t flags;
-    do {
-        vxs_pose body, object;
-        vxs_coupling_pose(servo->coupling, &tick->tip, &body);
-        if (!vxs_pose_compose(&body, &servo->config.grip, &object)) {
+    for (;; tick->evaluation++) {
+        vxs_pose object;
+        if (servo->pose)
+            servo->pose(servo->pose_self, &tick->tip, &tick->body);
+        else
+            vxs_coupling_pose(servo->coupling, &tick->tip, &tick->body);
+        if (!vxs_pose_compose(&tick->body, &servo->config.grip, &object)) {
             tick->flags |= VXS_SERVO_FAULT;
             return;
         }
         flags = vxs_contact_evaluate(servo->contact, servo->config.statics, servo->config.static_count,
                                      &object, &servo->config.contact, &tick->contact);
-    } while (!(flags & VXS_CONTACT_INVALID) && servo->is_live &&
-             vxs_coupling_refine(servo->coupling, &tick->contact.wrench, tick->contact.depth, &tick->tip));
+        tick->wrench = tick->contact.wrench;
+        if (flags & VXS_CONTACT_INVALID) break;
+        for (const vxsi_adder *a = servo->adders; a < servo->adders + servo->adder_count; a++)
+            a->add(a->self, tick);
+        if (!servo->is_live ||
+            !vxs_coupling_refine(servo->coupling, &tick->wrench, tick->contact.depth, &tick->tip))
+            break;
+    }
     tick->flags |= flags;
-    tick->wrench = tick->contact.wrench;
     if (flags & VXS_CONTACT_INVALID)
         tick->flags |= VXS_SERVO_FAULT;
     else if (!tick->is_armed)

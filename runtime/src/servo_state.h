@@ -14,6 +14,12 @@ typedef struct vxsi_step {
     void (*reset)(void *self, const vxs_pose *tip); /* may be NULL */
 } vxsi_step;
 
+/* What a stage does within the stage contact. */
+typedef struct vxsi_adder {
+    void (*add)(void *self, vxsi_tick *tick);
+    void *self;
+} vxsi_adder;
+
 struct vxs_servo {
     vxs_servo_config config; /* without its list of effects */
     vxs_contact *contact;
@@ -24,8 +30,11 @@ struct vxs_servo {
     uint32_t was_armed; /* in the tick before */
     uint32_t has_fault;
     uint32_t has_last;
-    uint32_t step_count;
+    uint32_t step_count, adder_count;
     vxsi_step steps[VXSI_STAGE_MOST];
+    vxsi_adder adders[VXSI_STAGE_MOST];
+    void (*pose)(const void *self, const vxs_pose *tip, vxs_pose *body); /* NULL: the coupling's */
+    void *pose_self;
     uint64_t tick;
     uint64_t last_sequence;
     int64_t last_time_ns, last_news_ns; /* of the last tick; of the last new measurement */

@@ -78,7 +78,7 @@ static void run_steps(vxs_servo *servo, vxsi_tick *tick)
             if (step->reset) step->reset(step->self, &tick->tip);
     }
     for (const vxsi_step *step = servo->steps; step < end && !(tick->flags & VXSI_TICK_ENDS); step++)
-        step->run(step->self, tick);
+        if (step->run) step->run(step->self, tick);
 }
 
 static void write_trace(const vxs_servo *servo, const vxsi_tick *tick, vxs_servo_trace *trace)
