@@ -62,3 +62,18 @@ uint32_t vxs_effect_kind_named(const char *name)
     }
     return 0;
 }
+
+uint32_t vxs_effect_kind_at(uint32_t index)
+{
+    for (uint32_t n = 0; n < vxsi_servo_table_size; n++) {
+        uint32_t effect = vxsi_servo_table[n]->effect;
+        if (effect && index-- == 0) return effect;
+    }
+    return 0;
+}
+
+int vxs_effect_is_guard(uint32_t kind)
+{
+    const vxsi_stage *stage = vxsi_stage_of(kind);
+    return stage && stage->is_guard;
+}

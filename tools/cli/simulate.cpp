@@ -71,7 +71,7 @@ void tell(const SceneFile &scene, const SceneAssets &assets, const RunOptions &o
                    format_count(run.probed_most),
                    run.level_most ? fmt::format("some at level of detail {} of 3", run.level_most) : "all levels of detail kept");
     }
-    if (scene.guards.passivity) {
+    if (run.energy_least != 0) {
         fmt::print("  energy  taken from the hand never below {:.3g} mJ\n", 1e3 * run.energy_least);
     }
     fmt::print("  flags   {}\n", flags_text(run));

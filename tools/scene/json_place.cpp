@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -40,9 +41,10 @@ std::string read_text(const std::filesystem::path &file)
     return text;
 }
 
-/// Edits (insert, drop, replace) that turn a into b.
+/// Edits (insert, drop, replace) that turn a into b; one if b says it more fully.
 std::size_t distance(std::string_view a, std::string_view b)
 {
+    if (a.size() >= 3 && b.find(a) != std::string_view::npos) return 1;
     std::vector<std::size_t> row(b.size() + 1);
     for (std::size_t j = 0; j <= b.size(); ++j) {
         row[j] = j;
@@ -99,11 +101,21 @@ std::string JsonPlace::string(std::string_view expected) const
     return value_->get<std::string>();
 }
 
-std::size_t JsonPlace::choice(std::initializer_list<std::string_view> names) const
+double JsonPlace::quantity(Dimension dimension) const
+{
+    const std::string text = string("a number with its unit in quotes (" + units_of(dimension) + ")");
+    const auto value = parse_quantity(text, dimension);
+    if (!value) {
+        refuse(fmt::format("\"{}\" is not a number with a unit of {}", shown(text), units_of(dimension)));
+    }
+    return *value;
+}
+
+std::size_t JsonPlace::choice(std::span<const std::string_view> names) const
 {
     std::string list;
     for (const std::string_view name : names) {
-        list += (list.empty() ? "" : name == *(names.end() - 1) ? " or " : ", ") + std::string(name);
+        list += (list.empty() ? "" : name == names.back() ? " or " : ", ") + std::string(name);
     }
     const std::string text = string(list);
     const auto found = std::find(names.begin(), names.end(), text);
@@ -126,11 +138,20 @@ std::vector<JsonPlace> JsonPlace::items(std::size_t least, std::size_t most) con
     return places;
 }
 
-JsonObject::JsonObject(JsonPlace place, std::initializer_list<std::string_view> keys) : place_(std::move(place))
+JsonObject::JsonObject(JsonPlace place) : place_(std::move(place))
 {
     if (!place_.value_->is_object()) {
         place_.refuse("must be an object {...}");
     }
+}
+
+JsonObject JsonObject::any(JsonPlace place)
+{
+    return JsonObject(std::move(place));
+}
+
+JsonObject::JsonObject(JsonPlace place, std::span<const std::string_view> keys) : JsonObject(std::move(place))
+{
     for (const auto &item : place_.value_->items()) {
         const std::string &key = item.key();
         if (std::find(keys.begin(), keys.end(), key) == keys.end()) {

@@ -2,12 +2,15 @@
 // Strict reading of a JSON file: every refusal names the place, no key is passed over.
 #pragma once
 
+#include "scene/quantity.hpp"
+
 #include <cstddef>
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,8 +26,12 @@ public:
     double number() const; ///< finite
     bool boolean() const;
     std::string string(std::string_view expected) const;
-    std::size_t choice(std::initializer_list<std::string_view> names) const; ///< index of the string's value
+    double quantity(Dimension dimension) const; ///< a string with a number and its unit
+    std::size_t choice(std::span<const std::string_view> names) const; ///< index of the string's value
+    std::size_t choice(std::initializer_list<std::string_view> names) const { return choice(std::span(names.begin(), names.size())); }
     std::vector<JsonPlace> items(std::size_t least, std::size_t most) const;
+
+    const std::string &pointer() const { return pointer_; }
 
 private:
     friend class JsonObject;
@@ -36,11 +43,16 @@ private:
 /// An object with these keys and no others: the first unknown one is refused, with the nearest that is known.
 class JsonObject {
 public:
-    JsonObject(JsonPlace place, std::initializer_list<std::string_view> keys);
+    JsonObject(JsonPlace place, std::span<const std::string_view> keys);
+    JsonObject(JsonPlace place, std::initializer_list<std::string_view> keys)
+        : JsonObject(std::move(place), std::span(keys.begin(), keys.size())) {}
+    /// With any keys: for a look at the one that says which others there may be.
+    static JsonObject any(JsonPlace place);
     JsonPlace get(std::string_view key) const; ///< refuses if it is not there
     std::optional<JsonPlace> find(std::string_view key) const;
 
 private:
+    explicit JsonObject(JsonPlace place);
     JsonPlace place_;
 };
 

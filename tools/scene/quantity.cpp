@@ -42,6 +42,25 @@ constexpr Unit units[] = {
     {Dimension::force_rate, "N/ms", 3},
     {Dimension::torque_rate, "Nm/s", 0},
     {Dimension::torque_rate, "Nm/ms", 3},
+    {Dimension::force, "N", 0},
+    {Dimension::force, "mN", -3},
+    {Dimension::torque, "Nm", 0},
+    {Dimension::torque, "mNm", -3},
+    {Dimension::acceleration, "m/s^2", 0},
+    {Dimension::angular_speed, "rad/s", 0},
+    {Dimension::angular_speed, "deg/s", 0, std::numbers::pi / 180},
+    {Dimension::angular_damping, "Nms/rad", 0},
+    {Dimension::angular_damping, "mNms/rad", -3},
+    {Dimension::angular_stiffness, "Nm/rad", 0},
+    {Dimension::angular_stiffness, "mNm/rad", -3},
+    {Dimension::inertia, "kgm^2", 0},
+    {Dimension::inertia, "gcm^2", -7},
+    {Dimension::density, "kg/m^3", 0},
+    {Dimension::density, "g/cm^3", 3},
+    {Dimension::energy, "J", 0},
+    {Dimension::energy, "mJ", -3},
+    {Dimension::per_speed, "s/m", 0},
+    {Dimension::per_speed, "s/mm", 3},
 };
 
 /// All of `text` as a number.
@@ -94,6 +113,16 @@ std::optional<double> parse_quantity(std::string_view text, Dimension dimension)
     return std::nullopt;
 }
 
+std::optional<Dimension> dimension_of(std::string_view si_unit)
+{
+    for (const Unit &unit : units) {
+        if (unit.name == si_unit && unit.power == 0 && unit.factor == 1) {
+            return unit.dimension;
+        }
+    }
+    return std::nullopt;
+}
+
 std::string units_of(Dimension dimension)
 {
     std::string text;
@@ -106,7 +135,7 @@ std::string units_of(Dimension dimension)
             pending = unit.name;
         }
     }
-    return text + " or " + std::string(pending);
+    return (text.empty() ? "" : text + " or ") + std::string(pending);
 }
 
 } // namespace voxshell

@@ -1,32 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scene/scene_file.hpp"
 
+#include "scene/effect_reader.hpp"
 #include "scene/json_place.hpp"
-#include "scene/quantity.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <utility>
 
 namespace voxshell {
 namespace {
 
 constexpr double micrometre = 1e-6;
 
-double quantity(const JsonPlace &at, Dimension dimension)
-{
-    const std::string text = at.string("a number with its unit in quotes (" + units_of(dimension) + ")");
-    const auto value = parse_quantity(text, dimension);
-    if (!value) {
-        at.refuse("\"" + text + "\" is not a number with a unit of " + units_of(dimension));
-    }
-    return *value;
-}
-
 double positive(const JsonPlace &at, Dimension dimension)
 {
-    const double value = quantity(at, dimension);
+    const double value = at.quantity(dimension);
     if (!(value > 0)) {
         at.refuse("must be above zero");
     }
@@ -36,8 +25,8 @@ double positive(const JsonPlace &at, Dimension dimension)
 Point lengths(const JsonPlace &at)
 {
     const auto items = at.items(3, 3);
-    return {quantity(items[0], Dimension::length), quantity(items[1], Dimension::length),
-            quantity(items[2], Dimension::length)};
+    return {items[0].quantity(Dimension::length), items[1].quantity(Dimension::length),
+            items[2].quantity(Dimension::length)};
 }
 
 /// N numbers as a unit vector.
@@ -212,54 +201,6 @@ void coupling(const JsonPlace &at, SceneFile &scene)
     }
 }
 
-double positive_or(const JsonObject &object, std::string_view key, Dimension dimension, double otherwise)
-{
-    const auto found = object.find(key);
-    return found ? positive(*found, dimension) : otherwise;
-}
-
-Guards guards(const JsonPlace &at)
-{
-    Guards result{.start_inside = false, .soft_start = {}, .slew = {}, .passivity = {}};
-    for (const JsonPlace &item : at.items(0, 4)) {
-        const JsonPlace kind =
-            JsonObject(item, {"kind", "time", "force", "torque", "damping", "least_speed", "radius"}).get("kind");
-        bool is_twice = false;
-        switch (kind.choice({"start-inside", "soft-start", "slew", "passivity"})) {
-        case 0: {
-            JsonObject(item, {"kind"});
-            is_twice = std::exchange(result.start_inside, true);
-            break;
-        }
-        case 1: {
-            const JsonObject object(item, {"kind", "time"});
-            is_twice = result.soft_start.has_value();
-            result.soft_start = positive_or(object, "time", Dimension::time, 0.5);
-            break;
-        }
-        case 2: {
-            const JsonObject object(item, {"kind", "force", "torque"});
-            is_twice = result.slew.has_value();
-            result.slew = Guards::Slew{positive_or(object, "force", Dimension::force_rate, 0),
-                                       positive_or(object, "torque", Dimension::torque_rate, 0)};
-            break;
-        }
-        default: {
-            const JsonObject object(item, {"kind", "damping", "least_speed", "radius"});
-            const Guards::Passivity standard;
-            is_twice = result.passivity.has_value();
-            result.passivity = Guards::Passivity{positive_or(object, "damping", Dimension::damping, standard.damping),
-                                                 positive_or(object, "least_speed", Dimension::speed, standard.least_speed),
-                                                 positive_or(object, "radius", Dimension::length, standard.radius)};
-        }
-        }
-        if (is_twice) {
-            kind.refuse("is there already");
-        }
-    }
-    return result;
-}
-
 Point turned(const HandPath::Keyframe::Turn &turn, const Point &from, double share)
 {
     const double half = turn.angle * share / 2;
@@ -277,7 +218,7 @@ HandPath hand(const JsonPlace &at)
         const JsonObject fields(item, {"t", "position", "rotation", "turn"});
         HandPath::Keyframe keyframe{};
         const JsonPlace time = fields.get("t");
-        keyframe.t = quantity(time, Dimension::time);
+        keyframe.t = time.quantity(Dimension::time);
         if (keyframe.t < 0 || (!path.keyframes.empty() && keyframe.t <= path.keyframes.back().t)) {
             time.refuse("must be later than the keyframe before it, and not before 0s");
         }
@@ -287,7 +228,7 @@ HandPath hand(const JsonPlace &at)
             }
             const JsonObject arc(*turn, {"about", "axis", "angle"});
             keyframe.turn = HandPath::Keyframe::Turn{lengths(arc.get("about")), direction<3>(arc.get("axis")),
-                                                     quantity(arc.get("angle"), Dimension::angle)};
+                                                     arc.get("angle").quantity(Dimension::angle)};
             if (const auto position = fields.find("position")) {
                 position->refuse("a turn says itself where it ends: leave out position or turn");
             }
@@ -352,7 +293,7 @@ Pose HandPath::at(double t) const
 SceneFile read_scene(const std::filesystem::path &path)
 {
     const JsonDocument document(path);
-    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling", "guards",
+    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling", "guards", "effects",
                                               "device", "arm", "rate", "hand"});
     SceneFile scene;
     scene.path = path;
@@ -376,9 +317,7 @@ SceneFile read_scene(const std::filesystem::path &path)
     if (const auto found = object.find("coupling")) {
         coupling(*found, scene);
     }
-    if (const auto found = object.find("guards")) {
-        scene.guards = guards(*found);
-    }
+    scene.effects = read_effects(object.find("guards"), object.find("effects"));
     if (const auto found = object.find("device")) {
         scene.device = found->string("a device, as sim:phantom-premium-1.5");
     }

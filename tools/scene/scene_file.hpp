@@ -22,9 +22,12 @@
 //     "guards": [{"kind": "start-inside"},             no force until the object was free once
 //                {"kind": "soft-start", "time": "0.5s"},
 //                {"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"},
-//                {"kind": "passivity", "damping": "5Ns/m", "least_speed": "1mm/s", "radius": "30mm"}],
-//         What a guard does and what its constants are by default: voxshell/effect.h; each is optional. Without the key the first two guard, as safe
-//         by default; a list replaces them: what it does not name is not there. Clamp and fault latch are always there.
+//                {"kind": "passivity", "most_damping": "5Ns/m", "least_speed": "1mm/s", "radius": "30mm"}],
+//         Without the key the first two guard, as safe by default; a list replaces them: what it does not name is not there. Clamp and
+//         fault latch are always there.
+//     "effects": [],                                   none; what is not named costs nothing
+//         What guards and effects do and what their constants are by default: voxshell/effect.h; each is optional, its key is its name
+//         there (of three that end in _x, _y and _z: what comes before, and a list). Passivity's are the device's by default.
 //     "device": "sim:phantom-premium-1.5",
 //     "arm": "hand",                                   free|pen|hand|arm
 //     "rate": "1kHz",
@@ -38,6 +41,7 @@
 
 #include "cli/failure.hpp"
 #include "import/scene.hpp"
+#include "scene/effect_reader.hpp"
 
 #include <array>
 #include <filesystem>
@@ -83,21 +87,6 @@ enum class ContactField { surface, layers, distance };
 enum class Weighting { count, count_capped, area };
 enum class CouplingKind { none, pt2, spring_damper, quasi_static };
 
-struct Guards { ///< what is not there is not in the tick
-    bool start_inside = true;
-    std::optional<double> soft_start = 0.5; ///< [s]
-    struct Slew {
-        double force = 0, torque = 0; ///< [N/s], [N m/s]; 0: from zero to the device's peak in 4 ms
-    };
-    std::optional<Slew> slew;
-    struct Passivity {
-        double damping = 0;        ///< most of it [N s/m]; 0: what the device bears
-        double least_speed = 1e-3; ///< [m/s]
-        double radius = 0.03;      ///< of turning, where the device renders torque [m]
-    };
-    std::optional<Passivity> passivity;
-};
-
 struct SceneFile {
     std::filesystem::path path;
     double voxel = 0; ///< [m]
@@ -122,7 +111,7 @@ struct SceneFile {
     double mass = 0.05;             ///< spring_damper, pt2 by impedance [kg]
     double radius = 0.02;           ///< spring_damper, quasi_static: of gyration [m]
     unsigned evaluations = 3;       ///< quasi_static: of contact in a tick at most
-    Guards guards;
+    std::vector<SceneEffect> effects; ///< guards first
     std::string device = "sim:phantom-premium-1.5";
     std::string arm = "hand";
     double rate = 1000; ///< [Hz]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "study/servo_run.hpp"
 
+#include "plan/scene_effects.hpp"
 #include "study/memory.hpp"
 
 #include "voxshell/servo_thread.h"
@@ -86,42 +87,6 @@ std::uint32_t points_for(double budget, const vxs_pointshell &shell)
     vxs_contact *contact = nullptr;
     check(vxs_contact_init(room.get(), room.size(), &shell, 1, &contact), "contact");
     return static_cast<std::uint32_t>(std::clamp(budget / vxs_contact_point_cost(contact), 1.0, 4e9));
-}
-
-vxs_effect effect(std::uint32_t kind)
-{
-    vxs_effect effect;
-    check(vxs_effect_default(kind, &effect), "effect");
-    return effect;
-}
-
-/// The scene's guards on this device.
-std::vector<vxs_effect> effects_of(const Guards &guards, const vxs_device_caps &caps)
-{
-    std::vector<vxs_effect> effects;
-    if (guards.start_inside) {
-        effects.push_back(effect(VXS_EFFECT_START_INSIDE));
-    }
-    if (guards.soft_start) {
-        effects.push_back(effect(VXS_EFFECT_SOFT_START));
-        effects.back().as.soft_start.time = *guards.soft_start;
-    }
-    if (guards.slew) {
-        effects.push_back(effect(VXS_EFFECT_SLEW));
-        effects.back().as.slew.force = guards.slew->force;
-        effects.back().as.slew.torque = guards.slew->torque;
-    }
-    if (guards.passivity) {
-        effects.push_back(effect(VXS_EFFECT_PASSIVITY));
-        auto &passivity = effects.back().as.passivity;
-        if (const double most = guards.passivity->damping > 0 ? guards.passivity->damping : caps.max_damping; most > 0) {
-            passivity.most_damping = most;
-        }
-        passivity.least_speed = guards.passivity->least_speed;
-        passivity.radius = caps.peak_torque > 0 ? guards.passivity->radius : 0;
-        passivity.delay = caps.delay_samples;
-    }
-    return effects;
 }
 
 /// Borrows statics, shell and effects.
@@ -371,7 +336,7 @@ ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_poin
     const Simulated simulated(scene, options.device);
     const vxs_contact_static statics{&map, nullptr};
     ServoRun run;
-    const std::vector<vxs_effect> effects = effects_of(scene.guards, simulated.device->caps);
+    const std::vector<vxs_effect> effects = scene_effects(scene, simulated.device->caps);
     const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated, run.coupling);
     const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);
@@ -389,7 +354,7 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
     const Simulated simulated(scene, options.device);
     const vxs_contact_static statics{&map, nullptr};
     std::string felt;
-    const std::vector<vxs_effect> effects = effects_of(scene.guards, simulated.device->caps);
+    const std::vector<vxs_effect> effects = scene_effects(scene, simulated.device->caps);
     const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated, felt);
     const Servo servo(config);
     check(vxs_device_arm(simulated.device), options.device);

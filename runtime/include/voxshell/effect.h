@@ -98,6 +98,13 @@ VXS_API vxs_result vxs_effect_check(const vxs_effect *effect);
 VXS_API const char *vxs_effect_kind_name(uint32_t kind);
 VXS_API uint32_t vxs_effect_kind_named(const char *name);
 
+/* Kinds in order of execution, from number 0 on; 0 at the end. Thread: any, rt-safe. */
+VXS_API uint32_t vxs_effect_kind_at(uint32_t index);
+
+/* Not 0 for a guard: it protects the hand, and only takes away from what is felt or delays it. A scene lists
+ * these by themselves. Thread: any, rt-safe. */
+VXS_API int vxs_effect_is_guard(uint32_t kind);
+
 #ifdef __cplusplus
 }
 #endif

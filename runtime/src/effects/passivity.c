@@ -116,6 +116,7 @@ static void run(void *self, vxsi_tick *tick)
 
 extern const vxsi_stage vxsi_stage_passivity;
 const vxsi_stage vxsi_stage_passivity = {.effect = VXS_EFFECT_PASSIVITY,
+                                         .is_guard = 1,
                                          .name = "passivity",
                                          .size = sizeof(passivity),
                                          .constants = constants,

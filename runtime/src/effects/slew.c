@@ -58,6 +58,7 @@ static void run(void *self, vxsi_tick *tick)
 
 extern const vxsi_stage vxsi_stage_slew;
 const vxsi_stage vxsi_stage_slew = {.effect = VXS_EFFECT_SLEW,
+                                    .is_guard = 1,
                                     .name = "slew",
                                     .size = sizeof(slew),
                                     .constants = constants,

@@ -38,6 +38,7 @@ static void run(void *self, vxsi_tick *tick)
 
 extern const vxsi_stage vxsi_stage_soft_start;
 const vxsi_stage vxsi_stage_soft_start = {.effect = VXS_EFFECT_SOFT_START,
+                                          .is_guard = 1,
                                           .name = "soft-start",
                                           .size = sizeof(soft_start),
                                           .constants = constants,

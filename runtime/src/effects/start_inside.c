@@ -26,6 +26,7 @@ static void run(void *self, vxsi_tick *tick)
 
 extern const vxsi_stage vxsi_stage_start_inside;
 const vxsi_stage vxsi_stage_start_inside = {.effect = VXS_EFFECT_START_INSIDE,
+                                            .is_guard = 1,
                                             .name = "start-inside",
                                             .size = sizeof(start_inside),
                                             .reset = reset,

@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fmt/format.h>
 #include <fstream>
 #include <numbers>
 #include <unistd.h>
@@ -183,36 +184,85 @@ TEST_CASE("parts")
 TEST_CASE("guards: safe by default, a list replaces them")
 {
     const auto guarded = [](const std::string &list) { return with("\"hand\"", "\"guards\": " + list + ", \"hand\""); };
-    Guards guards = read(smallest).guards;
-    CHECK(guards.start_inside);
-    CHECK(guards.soft_start == 0.5);
-    CHECK(!guards.slew);
-    CHECK(!guards.passivity);
-    guards = read(guarded("[]")).guards;
-    CHECK(!guards.start_inside);
-    CHECK(!guards.soft_start);
-    guards = read(guarded(R"([{"kind": "slew"}, {"kind": "passivity"}, {"kind": "soft-start"}])")).guards;
-    CHECK(!guards.start_inside);
-    CHECK(guards.soft_start == 0.5);
-    CHECK(guards.slew->force == 0);
-    CHECK(guards.passivity->damping == 0);
-    CHECK(guards.passivity->least_speed == 0.001);
-    guards = read(guarded(R"([{"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"}, {"kind": "soft-start", "time": "200ms"},
-        {"kind": "passivity", "damping": "3Ns/m", "least_speed": "2mm/s", "radius": "20mm"}, {"kind": "start-inside"}])")).guards;
-    CHECK(guards.start_inside);
-    CHECK(guards.soft_start == 0.2);
-    CHECK(guards.slew->force == 2000);
-    CHECK(guards.slew->torque == 50);
-    CHECK(guards.passivity->damping == 3);
-    CHECK(guards.passivity->least_speed == 0.002);
-    CHECK(guards.passivity->radius == 0.02);
-    CHECK(refusal(guarded(R"([{"kind": "slow-start"}])")).starts_with("/guards/0/kind: "));
+    const auto find = [](const SceneFile &scene, std::uint32_t kind) -> const SceneEffect * {
+        for (const SceneEffect &effect : scene.effects) {
+            if (effect.effect.kind == kind) return &effect;
+        }
+        return nullptr;
+    };
+    SceneFile scene = read(smallest);
+    REQUIRE(scene.effects.size() == 2);
+    CHECK(find(scene, VXS_EFFECT_START_INSIDE));
+    CHECK(find(scene, VXS_EFFECT_SOFT_START)->effect.as.soft_start.time == 0.5);
+    CHECK(read(guarded("[]")).effects.empty());
+    scene = read(guarded(R"([{"kind": "slew"}, {"kind": "passivity"}, {"kind": "soft-start"}])"));
+    CHECK(!find(scene, VXS_EFFECT_START_INSIDE));
+    CHECK(find(scene, VXS_EFFECT_SOFT_START)->effect.as.soft_start.time == 0.5);
+    CHECK(find(scene, VXS_EFFECT_SLEW)->effect.as.slew.force == 0);
+    CHECK(find(scene, VXS_EFFECT_PASSIVITY)->said == 0);
+    CHECK(find(scene, VXS_EFFECT_PASSIVITY)->effect.as.passivity.least_speed == 0.001);
+    scene = read(guarded(R"([{"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"}, {"kind": "soft-start", "time": "200ms"},
+        {"kind": "passivity", "most_damping": "3Ns/m", "radius": "20mm", "delay": 2}, {"kind": "start-inside"}])"));
+    CHECK(find(scene, VXS_EFFECT_START_INSIDE));
+    CHECK(find(scene, VXS_EFFECT_SOFT_START)->effect.as.soft_start.time == 0.2);
+    CHECK(find(scene, VXS_EFFECT_SLEW)->effect.as.slew.force == 2000);
+    CHECK(find(scene, VXS_EFFECT_SLEW)->effect.as.slew.torque == 50);
+    const SceneEffect &passivity = *find(scene, VXS_EFFECT_PASSIVITY);
+    CHECK(passivity.effect.as.passivity.most_damping == 3);
+    CHECK(passivity.effect.as.passivity.radius == 0.02);
+    CHECK(passivity.effect.as.passivity.delay == 2);
+    CHECK(passivity.place == "/guards/2");
+    CHECK(passivity.said == 0b1101u);
+    CHECK(refusal(guarded(R"([{"kind": "slow-start"}])")).starts_with("/guards/0/kind: \"slow-start\" is not "));
+    CHECK(refusal(guarded(R"([{}])")) == "/guards/0: lacks \"kind\"");
     CHECK(refusal(guarded(R"([{"kind": "soft-start"}, {"kind": "soft-start"}])")) == "/guards/1/kind: is there already");
     CHECK(refusal(guarded(R"([{"kind": "start-inside", "time": "1s"}])")).starts_with("/guards/0/time: unknown key"));
     CHECK(refusal(guarded(R"([{"kind": "slew", "force": "2N"}])")) ==
           "/guards/0/force: \"2N\" is not a number with a unit of N/s or N/ms");
-    CHECK(refusal(guarded(R"([{"kind": "passivity", "damping": "0Ns/m"}])")) == "/guards/0/damping: must be above zero");
+    CHECK(refusal(guarded(R"([{"kind": "soft-start", "time": "-1s"}])")) == "/guards/0/time: must be 0s to 3600s");
+    CHECK(refusal(guarded(R"([{"kind": "passivity", "damping": "1Ns/m"}])")) ==
+          "/guards/0/damping: unknown key; did you mean \"most_damping\"?");
+    CHECK(refusal(guarded(R"([{"kind": "passivity", "most_damping": "0Ns/m"}])")) ==
+          "/guards/0/most_damping: must be 1e-12Ns/m to 1e+12Ns/m");
+    CHECK(refusal(guarded(R"([{"kind": "passivity", "delay": 0.5}])")).starts_with("/guards/0: its constants do not go together"));
     CHECK(refusal(guarded(R"({"kind": "slew"})")).starts_with("/guards: must be a list"));
+    const auto effects = [](const std::string &list) { return with("\"hand\"", "\"effects\": " + list + ", \"hand\""); };
+    CHECK(refusal(effects(R"([{"kind": "slew"}])")) == "/effects/0/kind: is a guard: it belongs into \"guards\"");
+    CHECK(refusal(effects(R"([{"kind": 7}])")).starts_with("/effects/0/kind: must be "));
+}
+
+TEST_CASE("a scene can say each constant of each kind, by default value, and not what is beyond its range")
+{
+    for (std::uint32_t n = 0, kind; (kind = vxs_effect_kind_at(n)) != 0; ++n) {
+        const std::string list = vxs_effect_is_guard(kind) ? "guards" : "effects", name = vxs_effect_kind_name(kind);
+        std::uint32_t count = 0;
+        const vxs_effect_constant *constants = vxs_effect_constants(kind, &count);
+        for (std::uint32_t c = 0; c < count; ++c) {
+            CAPTURE(name);
+            CAPTURE(constants[c].name);
+            const std::string unit = constants[c].unit;
+            REQUIRE((unit.empty() || dimension_of(unit)));
+            std::string key = constants[c].name;
+            const bool is_vector = key.size() > 2 && key.ends_with("_x");
+            if (key.size() > 2 && (key.ends_with("_y") || key.ends_with("_z"))) continue;
+            const auto value = [&](double x, std::uint32_t at) {
+                return unit.empty() ? fmt::format("{}", x) : fmt::format("\"{}{}\"", x, constants[at].unit);
+            };
+            const auto scene = [&](double x) {
+                const std::string said = is_vector ? fmt::format("[{}, {}, {}]", value(x, c), value(constants[c + 1].standard, c + 1),
+                                                                 value(constants[c + 2].standard, c + 2))
+                                                   : value(x, c);
+                return with("\"hand\"", fmt::format(R"("{}": [{{"kind": "{}", "{}": {}}}], "hand")", list, name,
+                                                    is_vector ? key.substr(0, key.size() - 2) : key, said));
+            };
+            const SceneFile read_back = read(scene(constants[c].standard));
+            const SceneEffect &effect = read_back.effects.back();
+            CHECK(effect.effect.kind == kind);
+            CHECK(effect.says(c));
+            CHECK(effect.effect.as.constants[c] == constants[c].standard);
+            CHECK(refusal(scene(constants[c].most * 2 + 1)).find(": must be ") != std::string::npos);
+        }
+    }
 }
 
 TEST_CASE("laws and fields")
