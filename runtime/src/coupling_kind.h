@@ -16,6 +16,8 @@
 typedef struct vxsi_coupling_kind {
     uint32_t kind; /* VXS_COUPLING_*, or VXS_COUPLING_OWN and above */
     const char *name;
+    /* Not 0: contact is evaluated at a body with a mass of its own, which weight and drag act on, too. */
+    uint32_t has_body;
     /* Its own numbers of the config: VXS_OK, or what cannot be represented. Struct size and sample
      * time were checked before. Optional. */
     vxs_result (*check)(const vxs_coupling_config *config);

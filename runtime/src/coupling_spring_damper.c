@@ -85,6 +85,7 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
 
 const vxsi_coupling_kind vxsi_coupling_spring_damper = {.kind = VXS_COUPLING_SPRING_DAMPER,
                                                         .name = "spring-damper",
+                                                        .has_body = 1,
                                                         .check = check,
                                                         .set_up = set_up,
                                                         .reset = reset,

@@ -2,6 +2,7 @@
  *
  * Set-up of the servo.
  */
+#include "coupling_kind.h"
 #include "servo_state.h"
 
 #include <math.h>
@@ -119,7 +120,7 @@ static uint8_t *list_steps(vxs_servo *servo, const vxs_servo_config *config, uin
             self = bytes;
             bytes += round_up(stage->size);
             memset(self, 0, stage->size);
-            if (stage->set_up) stage->set_up(self, effect, config);
+            if (stage->set_up) stage->set_up(self, effect, &servo->config);
         }
         if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self};
         if (stage->pose) {
@@ -170,6 +171,8 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     bytes += round_up(vxs_contact_memory(config->shell, config->static_count));
     if (result == VXS_OK && config->contact.most_points)
         result = vxs_contact_add_levels(servo->contact, bytes, vxs_contact_levels_memory(config->shell));
-    if (result == VXS_OK) *out = servo;
+    if (result != VXS_OK) return result;
+    servo->has_body = servo->pose || servo->coupling->kind->has_body;
+    *out = servo;
     return result;
 }

@@ -12,14 +12,18 @@
 /* What stages hand on, from the first to the last. */
 typedef struct vxsi_tick {
     const vxs_device_state *state; /* finite; device frame */
+    double elapsed;                /* since the tick before [s], at least a sample */
     vxs_pose tip;                  /* the device's tip in the scene */
     vxs_pose body;                 /* where the tip of the object is: contact was evaluated there */
     uint32_t evaluation;           /* of contact in this tick, from 0 on */
-    vxs_contact_result contact;    /* from the stage contact on */
-    vxs_wrench output;             /* from the stage coupling on; scene's frame */
+    uint32_t has_body;          /* the object is a body with a mass of its own, not where the hand has it */
+    vxs_contact_result contact; /* from the stage contact on */
+    vxs_wrench output;          /* from the stage coupling on; scene's frame */
     /* On the hand. Up to the stage coupling at the object and in the scene's frame, after it at the tip and
      * in the device's. */
     vxs_wrench wrench;
+    vxs_wrench field; /* as wrench up to the stage coupling, but passes it by: vxsi_add_field() */
+    uint32_t has_field;
     const vxs_wrench *last; /* commanded by the tick before */
     double share; /* of it that the device still rendered when this tick came: 1 unless it was late */
     double gain, energy, damping; /* for the trace */
@@ -30,7 +34,7 @@ typedef struct vxsi_tick {
 enum { VXSI_TICK_ENDS = VXS_SERVO_OFF | VXS_SERVO_START_IN_CONTACT | VXS_SERVO_FAULT };
 
 typedef struct vxsi_stage {
-    uint32_t effect;  /* VXS_EFFECT_*; 0: always there, its self is the servo */
+    uint32_t effect; /* VXS_EFFECT_*; 0: always there, its self is the servo */
     uint32_t is_guard;
     const char *name; /* as people write it */
     size_t size;      /* bytes of self */
@@ -38,6 +42,7 @@ typedef struct vxsi_stage {
     const vxs_effect_constant *constants;
     uint32_t constant_count;
     vxs_result (*check)(const vxs_effect *effect);
+    /* set_up: config is the servo's, without effects. */
     void (*set_up)(void *self, const vxs_effect *effect, const vxs_servo_config *config);
     /* In the tick. reset: to rest with the device at the tip; optional. */
     void (*reset)(void *self, const vxs_pose *tip);
@@ -53,9 +58,25 @@ typedef struct vxsi_stage {
 /* In order of execution. */
 extern const vxsi_stage *const vxsi_servo_table[];
 extern const uint32_t vxsi_servo_table_size;
-enum { VXSI_STAGE_MOST = 24 };
+enum { VXSI_STAGE_MOST = 32 };
 
 /* The row of an effect, NULL for none such. */
 const vxsi_stage *vxsi_stage_of(uint32_t effect);
+
+static inline void vxsi_add(vxs_wrench *to, const vxs_wrench *more)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        to->force[axis] += more->force[axis];
+        to->torque[axis] += more->torque[axis];
+    }
+}
+
+/* What acts on the object besides contact: on its body, or as it is on the hand. A filter that is there for
+ * contact would only delay it, and drag that comes late does not damp. */
+static inline void vxsi_add_field(vxsi_tick *tick, const vxs_wrench *more)
+{
+    vxsi_add(tick->has_body ? &tick->wrench : &tick->field, more);
+    tick->has_field = !tick->has_body;
+}
 
 #endif

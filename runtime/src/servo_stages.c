@@ -46,6 +46,7 @@ static void couple(void *self, vxsi_tick *tick)
     vxs_servo *servo = self;
     if (vxs_coupling_step(servo->coupling, &tick->wrench, &tick->tip, &tick->output) & VXS_COUPLING_INVALID)
         tick->flags |= VXS_SERVO_FAULT;
+    if (tick->has_field) vxsi_add(&tick->output, &tick->field);
     to_device_frame(servo, tick->output.force, tick->wrench.force);
     to_device_frame(servo, tick->output.torque, tick->wrench.torque);
 }

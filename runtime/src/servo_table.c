@@ -7,6 +7,9 @@
 #define TABLE                                                                                                \
     ROW(contact)                                                                                             \
     ROW(start_inside)                                                                                        \
+    ROW(contact_damping)                                                                                     \
+    ROW(gravity)                                                                                             \
+    ROW(viscosity)                                                                                           \
     ROW(coupling)                                                                                            \
     ROW(passivity)                                                                                           \
     ROW(slew)                                                                                                \

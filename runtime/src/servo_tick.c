@@ -35,7 +35,9 @@ static void watch_clock(vxs_servo *servo, int64_t now_ns, vxsi_tick *tick)
     const vxs_device_state *state = tick->state;
     uint32_t flags = 0;
     if (servo->has_last) {
-        if (now_ns - servo->last_time_ns > servo->sample_ns + servo->sample_ns / 2) flags |= VXS_SERVO_MISSED;
+        const int64_t passed = now_ns - servo->last_time_ns;
+        if (passed > servo->sample_ns + servo->sample_ns / 2) flags |= VXS_SERVO_MISSED;
+        if (passed > servo->sample_ns) tick->elapsed = (double)passed * 1e-9;
         tick->share = vxs_device_command_share(&servo->command, now_ns);
     }
     if (servo->has_last && state->sequence == servo->last_sequence) {
@@ -106,7 +108,12 @@ static void write_trace(const vxs_servo *servo, const vxsi_tick *tick, vxs_servo
 uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_device_command *command,
                         vxs_servo_trace *trace)
 {
-    vxsi_tick tick = {.state = state, .last = &servo->command.wrench, .share = 1, .gain = 1};
+    vxsi_tick tick = {.state = state,
+                      .elapsed = servo->config.coupling.sample_time,
+                      .has_body = servo->has_body,
+                      .last = &servo->command.wrench,
+                      .share = 1,
+                      .gain = 1};
     int64_t now_ns = is_time(state->time_ns) ? state->time_ns : servo->last_time_ns;
     watch_clock(servo, now_ns, &tick);
     if (!is_time(state->time_ns) || !scene_pose(servo, state, &tick.tip)) servo->has_fault = 1;

@@ -8,7 +8,7 @@ shift 3
 command -v valgrind > /dev/null || { echo "effect_cost: skipped, valgrind is not installed"; exit 77; }
 folder=$(mktemp -d) && trap 'rm -rf "$folder"' EXIT
 
-# Instructions of 2000 ticks.
+# Instructions of 500 ticks.
 count()
 {
     valgrind --tool=callgrind --toggle-collect=vxs_servo_tick --callgrind-out-file="$folder/out" "$@" \
@@ -17,9 +17,9 @@ count()
 }
 
 if [ "$effect" = table ]; then
-    bare=$(count "$whole") && echo "no effect: $((bare / 2000)) instructions a tick" || exit 1
+    bare=$(count "$whole") && echo "no effect: $((bare / 500)) instructions a tick" || exit 1
     for other; do
-        own=$(count "$whole" "$other") && echo "$other: $(((own - bare) / 2000)) more" || exit 1
+        own=$(count "$whole" "$other") && echo "$other: $(((own - bare) / 500)) more" || exit 1
     done
     exit 0
 fi
@@ -28,6 +28,6 @@ if "$without" "$effect" 2> /dev/null; then
     exit 1
 fi
 with=$(count "$whole" "$@" "$effect") && unasked=$(count "$whole" "$@") && removed=$(count "$without" "$@") || exit 1
-echo "$effect: $((with / 2000)) instructions a tick with it, $((unasked / 2000)) unasked, $((removed / 2000)) removed"
+echo "$effect: $((with / 500)) instructions a tick with it, $((unasked / 500)) unasked, $((removed / 500)) removed"
 awk -v a="$unasked" -v b="$removed" -v c="$with" \
-    'BEGIN { exit !(b > 2000 * 100 && c > a && a - b <= 0.005 * b && b - a <= 0.005 * b) }'
+    'BEGIN { exit !(b > 500 * 100 && c > a && a - b <= 0.005 * b && b - a <= 0.005 * b) }'

@@ -15,7 +15,7 @@ typedef struct servo_bench {
     vxs_pointshell shell;
     vxs_simulated_config device_config;
     vxs_servo_config servo_config;
-    vxs_effect effects[16];
+    vxs_effect effects[32];
     void *device_memory, *servo_memory;
     vxs_device *device;
     vxs_servo *servo;

@@ -4,50 +4,27 @@
  * holds over a sample and gets late, which gives k s^2 (1 + 2 d) for every step s in and out (less d (d + 1)
  * k s^2 at the ends of a way).
  */
-#include "check.h"
-#include "servo_stage.h"
+#include "lone_stage.h"
 
 #define STIFFNESS 500.0
 static const double sample_time = 0.001;
 
-/* One stage on its own. */
-typedef struct lone_stage {
-    const vxsi_stage *stage;
-    double memory[1024];
-    vxs_wrench last;
-    vxsi_tick tick;
-} lone_stage;
-
 static void open_stage(lone_stage *l, const vxs_effect *effect)
 {
-    memset(l, 0, sizeof *l);
-    l->stage = vxsi_stage_of(effect->kind);
-    CHECK(l->stage && l->stage->size <= sizeof l->memory);
-    vxs_servo_config config;
-    vxs_servo_config_default(&config);
-    config.coupling.sample_time = sample_time;
-    CHECK_INT(l->stage->check(effect), VXS_OK);
-    l->stage->set_up(l->memory, effect, &config);
-    vxs_pose identity = vxs_pose_identity();
-    l->stage->reset(l->memory, &identity);
+    *lone_prepare(l, effect->kind) = *effect;
+    CHECK(l->config.coupling.sample_time == sample_time);
+    lone_open(l);
 }
 
 /* The device at `pose` and a wrench in; what is commanded comes out, and acts next. */
 static vxs_wrench run_stage(lone_stage *l, const vxs_pose *pose, const vxs_wrench *wrench, uint32_t points,
                             uint32_t flags)
 {
-    vxs_device_state state;
-    memset(&state, 0, sizeof state);
-    state.pose = *pose;
-    memset(&l->tick, 0, sizeof l->tick);
-    l->tick.state = &state;
-    l->tick.last = &l->last;
-    l->tick.share = 1;
-    l->tick.contact.points = points;
-    l->tick.wrench = *wrench;
-    l->tick.flags = flags;
-    l->stage->run(l->memory, &l->tick);
-    return l->last = l->tick.wrench;
+    vxsi_tick *tick = lone_tick(l, pose, wrench);
+    tick->contact.points = points;
+    tick->flags = flags;
+    lone_run(l);
+    return l->last;
 }
 
 static vxs_effect passivity(uint32_t delay, double most_damping, double least_speed)

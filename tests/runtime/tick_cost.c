@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
- * Two thousand ticks, pressed onto a floor and let go, with the effects that are named: for effect_cost.sh to
- * count the instructions of.
+ * Five hundred ticks on a way that is given, pressed onto a floor, slid and let go, with the effects that are
+ * named: for effect_cost.sh to count the instructions of. Nothing that an effect does changes the way.
  */
 #include "servo_bench.h"
 
 int main(int count, char **names)
 {
+    const built_floor floor_shape = {-1, 60, 20};
     servo_bench b;
     bench_prepare(&b);
+    built_free(&b.map_bytes);
+    b.map_bytes = build_floor_map(0.001, &floor_shape, BUILT_DISTANCES);
+    b.map = open_voxmap(&b.map_bytes);
     b.servo_config.effects = b.effects;
     b.servo_config.effect_count = 0;
     for (int n = 1; n < count; n++) {
@@ -21,9 +25,18 @@ int main(int count, char **names)
         if (kind == VXS_EFFECT_PASSIVITY) effect->as.passivity.radius = 0.03;
     }
     bench_open(&b);
-    CHECK_INT(vxs_device_arm(b.device), VXS_OK);
+    b.state.state = VXS_DEVICE_ARMED;
+    b.state.pose = vxs_pose_identity();
     vxs_servo_trace row;
-    for (int k = 0; k < 2000; k++) bench_tick(&b, k < 100 ? 0.012 : k < 1800 ? 0.009 : 0.013, &row);
+    for (int k = 0; k < 500; k++) {
+        double target = k < 25 ? 0.012 : k < 450 ? 0.009 : 0.013;
+        b.state.pose.position[1] =
+            k ? b.state.pose.position[1] + 0.05 * (target - b.state.pose.position[1]) : target;
+        b.state.pose.position[0] = 1e-6 * k;
+        b.state.sequence++;
+        b.state.time_ns += 1000000;
+        CHECK(!(vxs_servo_tick(b.servo, &b.state, &b.command, &row) & VXS_SERVO_FAULT));
+    }
     bench_close(&b);
     return 0;
 }

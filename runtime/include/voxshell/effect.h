@@ -6,7 +6,27 @@
  * in it, an effect only if the config lists it. What is not listed costs nothing. The order is the
  * table's (src/servo_table.c), whatever the order of the config's list:
  *
- *     contact -> start-inside -> coupling -> passivity -> slew -> clamp -> soft-start
+ *     contact -> start-inside -> contact-damping -> gravity -> viscosity -> coupling -> passivity -> slew
+ *     -> clamp -> soft-start
+ *
+ * What touching does goes through the coupling: contact's wrench, and what contact-damping makes of it. What
+ * acts on the object besides (gravity, viscosity) moves the coupling's body where it has one (spring-damper),
+ * else it acts on the hand as it is: a filter that is there for contact would only delay it. The object's
+ * velocity is measured from one tick's pose to the next, at the middle of the shell's bounding sphere: 0 in
+ * the first tick after arming; with quasi-static, of the pose that contact was evaluated at last.
+ *
+ * Forces:
+ *   CONTACT_DAMPING  Hunt and Crossley (1975): the wrench of contact F_e, times a factor,
+ *                     F = F_e (1 + c v_n),  the factor at least 0 and at most `most`.
+ *                 v_n [m/s] is the speed of approach along the force: -(F_e . v + M_e . w) / N, M_e the
+ * torque about the middle, N the larger of |F_e| and |M_e| / (the shell's radius). Contact that pushes one
+ * way has N = |F_e|. Never pulls, takes (F / F_e - 1) v_n N [W] >= 0 from the motion, and begins and ends
+ *                 with F_e. A mass that hits at v leaves at u with c v - ln(1 + c v) = -c u - ln(1 - c u),
+ *                 whatever the mass and the law: a restitution u / v = 1 - 2/3 c v + O((c v)^2).
+ *   GRAVITY       the object's weight: mass times acceleration, at the centre of mass. Conservative.
+ *   VISCOSITY     Stokes' drag of a medium: force -damping v at the middle, torque -turning w. A command is
+ * held over the sample T, so it damps a felt mass m without a delay only below 2 m / T, with d samples of
+ * delay below about m / (T (d + 1/2)): bounds of the device, not of this effect.
  *
  * Guards:
  *   START_INSIDE  armed inside or touching the scene: zero force and VXS_SERVO_START_IN_CONTACT until
@@ -44,7 +64,10 @@ enum {
     VXS_EFFECT_START_INSIDE = 1,
     VXS_EFFECT_PASSIVITY = 2,
     VXS_EFFECT_SLEW = 3,
-    VXS_EFFECT_SOFT_START = 4
+    VXS_EFFECT_SOFT_START = 4,
+    VXS_EFFECT_CONTACT_DAMPING = 6,
+    VXS_EFFECT_VISCOSITY = 7,
+    VXS_EFFECT_GRAVITY = 8
 };
 
 enum { VXS_EFFECT_MAX_DELAY = 64, VXS_EFFECT_MAX_CONSTANTS = 24 };
@@ -71,12 +94,25 @@ typedef struct vxs_effect {
         struct {
             double time; /* [s] >= 0; default 0.5 */
         } soft_start;
+        struct {
+            double factor; /* c [s/m] >= 0; default 1 */
+            double most;   /* >= 1, of the factor on F_e; default 4 */
+        } contact_damping;
+        struct {
+            double damping; /* [N s/m] >= 0; default 1 */
+            double turning; /* [N m s/rad] >= 0; default 0 */
+        } viscosity;
+        struct {
+            double mass;            /* [kg] >= 0; default 0.1 */
+            double com[3];          /* centre of mass, shell's frame [m]; default 0 */
+            double acceleration[3]; /* scene's frame [m/s^2]; default 0, -9.80665, 0 */
+        } gravity;
     } as;
 } vxs_effect;
 
 /* One constant of a kind. */
 typedef struct vxs_effect_constant {
-    const char *name;   /* as in the struct above and in a scene file */
+    const char *name;   /* as in the struct above and in a scene file; a vector's end in _x, _y, _z */
     const char *unit;   /* "N/s"; "" for a plain number */
     double standard;    /* by default */
     double least, most; /* finite */
@@ -93,8 +129,8 @@ VXS_API vxs_result vxs_effect_default(uint32_t kind, vxs_effect *effect);
  * 0). Thread: any, set-up. */
 VXS_API vxs_result vxs_effect_check(const vxs_effect *effect);
 
-/* Name of a kind ("start-inside", "passivity", "slew", "soft-start"), NULL for none such; and back, 0 for
- * none such. Ownership: static. Thread: any, rt-safe. */
+/* Name of a kind ("start-inside", "contact-damping"), NULL for none such; and back, 0 for none such.
+ * Ownership: static. Thread: any, rt-safe. */
 VXS_API const char *vxs_effect_kind_name(uint32_t kind);
 VXS_API uint32_t vxs_effect_kind_named(const char *name);
 

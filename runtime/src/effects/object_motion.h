@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * object_motion.h - private: how fast the object moves, measured from one tick's pose to the next; for the
+ * effects that ask.
+ */
+#ifndef VXSI_OBJECT_MOTION_H
+#define VXSI_OBJECT_MOTION_H
+
+#include "../servo_stage.h"
+
+#include <string.h>
+
+/* Of the middle of the shell's bounding sphere. */
+typedef struct vxsi_object_motion {
+    double center[3];                       /* from the object's tip, in its frame */
+    double at[3], orientation[4];           /* at the end of the tick before; no orientation: not known */
+    double next_at[3], next_orientation[4]; /* in this tick */
+    double arm[3];                          /* from the tip to the middle, scene's frame */
+    double velocity[3], spin[3];            /* [m/s], [rad/s], scene's frame; 0 in the first tick */
+} vxsi_object_motion;
+
+static inline double vxsi_dot(const double a[3], const double b[3])
+{
+    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
+}
+
+static inline void vxsi_cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static inline void vxsi_motion_set_up(vxsi_object_motion *m, const vxs_servo_config *config)
+{
+    vxs_pose center = vxs_pose_identity();
+    memcpy(center.position, config->shell->center, sizeof center.position);
+    vxs_pose_compose(&config->grip, &center, &center);
+    memcpy(m->center, center.position, sizeof m->center);
+}
+
+static inline void vxsi_motion_reset(vxsi_object_motion *m)
+{
+    memset(m->next_orientation, 0, sizeof m->next_orientation);
+}
+
+/* The object has come to tick->body, an orientation of length 1; once an evaluation. */
+static inline void vxsi_motion_follow(vxsi_object_motion *m, const vxsi_tick *tick)
+{
+    const double *q = m->orientation;
+    double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    if (tick->evaluation == 0) {
+        memcpy(m->at, m->next_at, sizeof m->at);
+        memcpy(m->orientation, m->next_orientation, sizeof m->orientation);
+    }
+    const int is_known = q[0] != 0 || q[1] != 0 || q[2] != 0 || q[3] != 0;
+    vxs_pose_rotation(&tick->body, r);
+    memset(m->spin, 0, sizeof m->spin);
+    if (is_known) vxs_pose_turn(q, tick->body.orientation, m->spin);
+    for (int i = 0; i < 3; i++) {
+        m->arm[i] = vxsi_dot(r + 3 * i, m->center);
+        m->next_at[i] = tick->body.position[i] + m->arm[i];
+        m->velocity[i] = is_known ? (m->next_at[i] - m->at[i]) / tick->elapsed : 0;
+        m->spin[i] /= tick->elapsed;
+    }
+    memcpy(m->next_orientation, tick->body.orientation, sizeof m->next_orientation);
+}
+
+/* A force that acts at the middle, and a torque, as a wrench about the tip. */
+static inline void vxsi_at_middle(const vxsi_object_motion *m, vxs_wrench *wrench)
+{
+    double torque[3];
+    vxsi_cross(m->arm, wrench->force, torque);
+    for (int i = 0; i < 3; i++) wrench->torque[i] += torque[i];
+}
+
+#endif
