@@ -106,10 +106,23 @@ class ShellOptions(command.CommandTest):
         self.run_voxshell('pack', 'b/ball.vdb', '-o', 'again.voxmap')
         self.run_voxshell('diff', 'b/ball.voxmap', 'again.voxmap')
 
+    def test_a_band_of_many_bricks(self):
+        """To the ball's centre, 20 cells, and 25 beyond it: measured against the mesh, through .vdb and back."""
+        self.convert(self.ball, 'w', '--channels', 'distance:25', err='')
+        for file in 'w/ball.voxmap', 'w/ball.vdb':
+            self.run_voxshell('verify', file, '--against', self.ball, '--unit', 'mm')
+        self.run_voxshell('export', 'w/ball.voxmap', '-o', 'wide.csv')
+        with open(self.path('wide.csv'), newline='') as file:
+            told = [float(row['distance_m']) for row in csv.DictReader(file) if row['state'] == '2' and row['distance_m']]
+        self.assertAlmostEqual(min(told), -0.010, delta=0.0005)
+        self.run_voxshell('pack', 'w/ball.vdb', '-o', 'wide.voxmap')
+        self.run_voxshell('diff', 'w/ball.voxmap', 'wide.voxmap')
+
     def test_the_same_bytes_for_any_number_of_threads(self):
-        for threads in '1', '2':
-            self.convert(self.ball, threads, '-j', threads, '--shell-spacing', '0.3mm', '--thin-shell', '4', '--channels', 'distance:2.5')
-        self.assertEqual(self.digests(self.path('1')), self.digests(self.path('2')))
+        for channels in 'distance:2.5', 'layers:2,distance:20':
+            for threads in '1', '2':
+                self.convert(self.ball, threads + channels, '-j', threads, '--shell-spacing', '0.3mm', '--thin-shell', '4', '--channels', channels)
+            self.assertEqual(self.digests(self.path('1' + channels)), self.digests(self.path('2' + channels)))
 
     def test_what_is_refused(self):
         always = (self.ball, '-o', 'x', '--voxel', '0.5mm', '--unit', 'mm')
@@ -118,7 +131,7 @@ class ShellOptions(command.CommandTest):
                 (('--channels', 'layers:0'), '1 to 8'),
                 (('--channels', 'layers:9'), '1 to 8'),
                 (('--channels', 'layers:2.5'), 'not a number'),
-                (('--channels', 'distance:7.5'), '1 to 7'),
+                (('--channels', 'distance:64.5'), '1 to 64'),
                 (('--channels', 'distance:nan'), 'not a number'),
                 (('--channels', 'layers:3,layers:3'), 'twice'),
                 (('--channels', 'layers:3,'), 'neither'),

@@ -45,8 +45,8 @@ ChannelRequest parse_channels(std::string_view text)
         if (more) text.remove_prefix(comma + 1);
         const bool twice = (name == "layers" && request.layers > 0) || (name == "distance" && request.distance_cells > 0);
         if (twice) throw Failure(ExitCode::usage, "", fmt::format("--channels: {} occurs twice", name));
-        if (name == "layers") request.layers = parse_number<int>(value, name, 1, max_channel_reach);
-        else if (name == "distance") request.distance_cells = parse_number<double>(value, name, 1, max_channel_reach - 1);
+        if (name == "layers") request.layers = parse_number<int>(value, name, 1, most_layers);
+        else if (name == "distance") request.distance_cells = parse_number<double>(value, name, 1, most_distance_cells);
         else
             throw Failure(ExitCode::usage, "",
                           fmt::format("--channels: '{}' is neither layers:N nor distance:CELLS, as in layers:3,distance:3",
@@ -68,7 +68,7 @@ void add_extra(CLI::App &verb, ExtraOptions &o)
         ->type_name("DEGREES");
     verb.add_option_function<std::string>(
             "--channels", [&o](const std::string &value) { o.channels = parse_channels(value); },
-            "channels of the map, as layers:3,distance:3: rings around the surface (1 to 8), distance from it (1 to 7 "
+            "channels of the map, as layers:3,distance:3: rings around the surface (1 to 8), distance from it (1 to 64 "
             "cells) (default: none)")
         ->type_name("LIST");
 }

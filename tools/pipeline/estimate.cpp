@@ -79,12 +79,16 @@ Estimate estimate(const Extent &e, double voxel, const ChannelRequest &channels)
     out.file_bytes = 8192 + 34 * out.surface_cells + 400 * bricks;
     out.seconds = 0.03 + 6e-6 * e.triangles + 2e-6 * out.pairs + 3e-6 * out.surface_cells;
     const bool layers = channels.layers > 0, distance = channels.distance_cells > 0;
-    // The bricks within a channel's reach: a wall's layer of them, and what its sides and corners reach.
-    const double reach = std::max<double>(channels.layers, channels.distance_cells),
-                 speaking = (1.2 + 0.45 * reach) * bricks;
-    out.memory_bytes += speaking * 5120 * (layers + distance);
-    out.file_bytes += speaking * (700 * layers + 2048 * distance);
-    out.seconds += speaking * (3e-6 * layers + 1e-4 * distance);
+    // The bricks within a channel's reach: a wall's layer of them and what its sides reach, what is round its
+    // edges and corners; and no more than there are in the widened box.
+    const double reach = std::max<double>(channels.layers, channels.distance_cells);
+    double speaking = (0.85 + 0.32 * reach) * bricks, box = 1;
+    if (reach > 0) speaking += 8 * std::pow(reach / 8, 3) * e.pieces.cubes(reach * voxel);
+    for (const double size : e.size) box *= size / brick + 2 + reach / 4;
+    speaking = std::min(speaking, box);
+    out.memory_bytes += speaking * 7200 * (layers + distance);
+    out.file_bytes += speaking * (1000 * layers + 3000 * distance);
+    out.seconds += speaking * (3e-6 * layers + (1e-4 + 2.5e-7 * reach * out.pairs / bricks) * distance);
     return out;
 }
 

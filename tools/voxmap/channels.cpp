@@ -231,46 +231,97 @@ VXS_CLONES void lower(const Facet &__restrict f, Nearest &__restrict nearest)
 class Surroundings {
   public:
     Surroundings(const LatticeMesh &mesh, const BrickTriangles &binned, double band)
-        : mesh_(mesh), binned_(binned), band2_(band * band)
+        : mesh_(mesh), binned_(binned), band2_(band * band), reach_(static_cast<std::int32_t>((band + 7.5) / 8))
     {
     }
 
-    /// Lowers `nearest` for the brick at `corner` [cells].
+    /// Lowers `nearest` for the brick at `corner` [cells]. From near bins to far ones: most bricks are done
+    /// after the first lot, whatever the band.
     void lower(const Cell &corner, Nearest &nearest)
     {
-        collect(corner);
-        order_.resize(facets_.size());
-        std::iota(order_.begin(), order_.end(), 0u);
-        // Nearest first: it spares the others most.
-        std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return std::pair{facets_[a].middle2, a} < std::pair{facets_[b].middle2, b};
-        });
-        for (const std::uint32_t f : order_) voxshell::lower(facets_[f], nearest);
+        find_bins(corner);
+        seen_.clear();
+        near_.clear();
+        double most2 = band2_; // of the cells' squared distances
+        for (auto bin = bins_.begin(); bin != bins_.end() && bin->gap2 * surely < most2;) {
+            merged_.clear();
+            std::set_union(seen_.begin(), seen_.end(), near_.begin(), near_.end(), std::back_inserter(merged_));
+            seen_.swap(merged_);
+            near_.clear();
+            const double lot = std::sqrt(bin->gap2) + 8, until = lot * lot;
+            for (; bin != bins_.end() && bin->gap2 < until; ++bin) {
+                const auto triangles = binned_.of(bin->index);
+                near_.insert(near_.end(), triangles.begin(), triangles.end());
+            }
+            std::sort(near_.begin(), near_.end());
+            near_.erase(std::unique(near_.begin(), near_.end()), near_.end());
+            collect(corner, most2);
+            for (const std::uint32_t f : order_) voxshell::lower(facets_[f], nearest);
+            most2 = *std::max_element(nearest.row.begin(), nearest.row.end());
+        }
     }
 
   private:
-    /// Facets that may be nearer than the band to a cell centre.
-    void collect(const Cell &corner)
+    struct Bin {
+        double gap2; ///< squared distance of the bin from the box of the brick's cell centres
+        std::size_t index;
+        auto operator<=>(const Bin &) const = default;
+    };
+    struct Column {
+        double gap2;
+        std::vector<BrickAt>::const_iterator begin, end;
+    };
+
+    /// From a cell's centre in a brick to a bin that is `step` bricks away, squared.
+    static double gap2(std::int32_t step)
     {
-        near_.clear();
+        const double gap = std::max(0.0, 8.0 * std::abs(step) - 7.5);
+        return gap * gap;
+    }
+
+    /// Bins that may hold something nearer than the band, near ones first.
+    void find_bins(const Cell &corner)
+    {
         BrickAt at; // in the binning's coordinates
         for (int a = 0; a < 3; ++a) at[a] = static_cast<std::int32_t>((corner[a] - binned_.origin[a]) / 8);
-        for (int i = -1; i <= 1; ++i)
-            for (int j = -1; j <= 1; ++j) {
-                const BrickAt first{at[0] + i, at[1] + j, at[2] - 1};
-                for (auto it = std::lower_bound(binned_.bricks.begin(), binned_.bricks.end(), first);
-                     it != binned_.bricks.end() && (*it)[0] == first[0] && (*it)[1] == first[1] &&
-                     (*it)[2] <= at[2] + 1;
-                     ++it) {
-                    const auto triangles = binned_.of(static_cast<std::size_t>(it - binned_.bricks.begin()));
-                    near_.insert(near_.end(), triangles.begin(), triangles.end());
-                }
-            }
-        std::sort(near_.begin(), near_.end());
-        near_.erase(std::unique(near_.begin(), near_.end()), near_.end());
+        if (!has_columns_ || at[0] != column_[0] || at[1] != column_[1]) find_columns(at);
+        bins_.clear();
+        for (const Column &column : columns_) {
+            auto it = std::lower_bound(column.begin, column.end, at[2] - reach_,
+                                       [](const BrickAt &b, std::int32_t k) { return b[2] < k; });
+            for (; it != column.end && (*it)[2] <= at[2] + reach_; ++it)
+                if (const double gap = column.gap2 + gap2((*it)[2] - at[2]); gap < band2_)
+                    bins_.push_back({gap, static_cast<std::size_t>(it - binned_.bricks.begin())});
+        }
+        std::sort(bins_.begin(), bins_.end());
+    }
 
+    /// Columns of bins along k: the same for all bricks of a column.
+    void find_columns(const BrickAt &at)
+    {
+        columns_.clear();
+        for (std::int32_t i = -reach_; i <= reach_; ++i)
+            for (std::int32_t j = -reach_; j <= reach_; ++j) {
+                const double gap = gap2(i) + gap2(j);
+                if (gap >= band2_) continue;
+                const BrickAt first{at[0] + i, at[1] + j, INT32_MIN}, last{at[0] + i, at[1] + j, INT32_MAX};
+                const auto begin = std::lower_bound(binned_.bricks.begin(), binned_.bricks.end(), first),
+                           end = std::upper_bound(begin, binned_.bricks.end(), last);
+                if (begin != end) columns_.push_back({gap, begin, end});
+            }
+        column_ = at;
+        has_columns_ = true;
+    }
+
+    /// Facets of `near_` that were not seen and may be nearer than `most2` to a cell centre. In the order of
+    /// `order_` the nearest come first: they spare the others most.
+    void collect(const Cell &corner, double most2)
+    {
         facets_.clear();
+        auto seen = seen_.begin();
         for (const std::uint32_t t : near_) {
+            while (seen != seen_.end() && *seen < t) ++seen;
+            if (seen != seen_.end() && *seen == t) continue;
             std::array<LatticePoint, 3> v;
             double box2 = 0;
             for (std::size_t a = 0; a < 3; ++a) {
@@ -282,16 +333,26 @@ class Surroundings {
                               0.5 - static_cast<double>(high) * 0x1p-16, 0.0});
                 box2 += gap * gap;
             }
-            if (box2 >= band2_) continue;
+            if (box2 * surely >= most2) continue;
             const Facet facet(v);
-            if (facet.apart2 < band2_) facets_.push_back(facet);
+            if (facet.apart2 * surely < most2) facets_.push_back(facet);
         }
+        order_.resize(facets_.size());
+        std::iota(order_.begin(), order_.end(), 0u);
+        std::sort(order_.begin(), order_.end(), [&](std::uint32_t a, std::uint32_t b) {
+            return std::pair{facets_[a].middle2, a} < std::pair{facets_[b].middle2, b};
+        });
     }
 
     const LatticeMesh &mesh_;
     const BrickTriangles &binned_;
-    double band2_;
-    std::vector<std::uint32_t> near_, order_;
+    const double band2_;
+    const std::int32_t reach_; ///< in bricks
+    BrickAt column_{};
+    bool has_columns_ = false;
+    std::vector<Column> columns_;
+    std::vector<Bin> bins_;
+    std::vector<std::uint32_t> near_, seen_, merged_, order_; ///< triangles; places in facets_
     std::vector<Facet> facets_;
 };
 
@@ -382,7 +443,7 @@ void make_distance(const Cells &cells, const LatticeMesh &mesh, const BrickTrian
             [&](const tbb::blocked_range<std::size_t> &range) {
                 Surroundings surroundings(mesh, binned, band);
                 for (std::size_t b = range.begin(); b != range.end(); ++b) {
-                    if (((b - range.begin()) & 15) == 0) progress.check();
+                    progress.check();
                     Cell corner;
                     for (int a = 0; a < 3; ++a)
                         corner[a] = cells.origin[a] + 8 * std::int64_t{cells.bricks[b].at[a]};
@@ -433,9 +494,9 @@ Channels make_channels(Cells &cells, const LatticeMesh &mesh, const BrickTriangl
                        const WindingNumber &winding, bool closed_and_oriented, const ChannelRequest &request,
                        Progress &progress)
 {
-    if (request.layers < 0 || request.layers > max_channel_reach || !(request.distance_cells >= 0) ||
-        request.distance_cells > max_channel_reach - 1)
-        throw Failure(ExitCode::usage, "", "a channel reaches at most 8 layers or 7 cells of distance");
+    if (request.layers < 0 || request.layers > most_layers || !(request.distance_cells >= 0) ||
+        request.distance_cells > most_distance_cells)
+        throw Failure(ExitCode::usage, "", "a channel reaches at most 8 layers or 64 cells of distance");
     Channels out;
     if (request.layers == 0 && request.distance_cells == 0) return out;
     // A centre nearer than d to a point of the mesh is less than d + 1/2 cells from that point's cell, along

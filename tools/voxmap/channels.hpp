@@ -27,18 +27,19 @@ struct Channels {
     std::vector<std::array<std::int16_t, 512>> distance;
 };
 
-/// Largest reach of a channel in cells: one brick.
-inline constexpr int max_channel_reach = 8;
+inline constexpr int most_layers = 8, most_distance_cells = 64;
 
 struct ChannelRequest {
-    int layers = 0;            ///< L in 0..8
-    double distance_cells = 0; ///< band in cells, 0..7
+    int layers = 0;            ///< L in 0..most_layers
+    double distance_cells = 0; ///< band in cells, 0..most_distance_cells
 };
 
 /// Adds to `cells` (already classified) the bricks that the channels speak in and computes them. The sign of
 /// a surface cell's centre is that of its winding: by exact signed crossings along the cells' rows where the
 /// mesh is closed and consistently wound, by the winding number otherwise; a map without interior gets
-/// unsigned distance. Deterministic for any thread count. Throws Failure(usage) for a reach beyond one brick.
+/// unsigned distance. What this keeps grows with the band; while it works it has, besides, 200 bytes for each
+/// brick of a band in the Chebyshev metric. Deterministic for any thread count. Throws Failure(usage) for a
+/// reach beyond the most.
 Channels make_channels(Cells &cells, const LatticeMesh &mesh, const BrickTriangles &binned,
                        const WindingNumber &winding, bool closed_and_oriented, const ChannelRequest &request,
                        Progress &progress);

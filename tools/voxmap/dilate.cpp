@@ -81,17 +81,10 @@ auto in_column(List &list, const Column &column, const ColumnOf &column_of)
                      std::find_if(first, list.end(), [&](const auto &x) { return column_of(x) != column; }));
 }
 
-} // namespace
-
-// Column by column: the bricks that a column of bricks gets come from its own and the eight columns around
-// it.
-void widen(Cells &cells, int reach, Progress &progress)
+/// Adds to `cells` the neighbours that `reaches` names for each brick (bits as those of reached()). Column by
+/// column: the bricks that a column of bricks gets come from its own and the eight columns around it.
+void grow(Cells &cells, const std::vector<std::uint32_t> &reaches, Progress &progress)
 {
-    std::vector<std::uint32_t> reaches(cells.bricks.size());
-    tbb::parallel_for(std::size_t{0}, reaches.size(),
-                      [&](std::size_t b) { reaches[b] = reached(cells.bricks[b], reach); });
-    progress.check();
-
     // The band may leave the box: the origin moves down by whole chunks so that bricks stay >= 0.
     constexpr std::uint32_t downwards[3] = {0x1ff, 0x1c0e07, 0x1249249}; // reached bits of step -1 per axis
     BrickAt shift{};
@@ -166,6 +159,23 @@ void widen(Cells &cells, int reach, Progress &progress)
     cells.solid.clear();
     for (const Part &part : parts)
         cells.solid.insert(cells.solid.end(), part.solid.begin(), part.solid.end());
+}
+
+} // namespace
+
+void widen(Cells &cells, int reach, Progress &progress)
+{
+    // Whole bricks last: they need no look at the cells.
+    const int whole = std::max(0, reach - 1) / 8;
+    std::vector<std::uint32_t> reaches(cells.bricks.size());
+    tbb::parallel_for(std::size_t{0}, reaches.size(),
+                      [&](std::size_t b) { reaches[b] = reached(cells.bricks[b], reach - 8 * whole); });
+    progress.check();
+    grow(cells, reaches, progress);
+    for (int n = 0; n < whole; ++n) {
+        reaches.assign(cells.bricks.size(), (1u << 27) - 1);
+        grow(cells, reaches, progress);
+    }
 }
 
 BrickNeighbours::BrickNeighbours(const Cells &cells, Progress &progress) : at(cells.bricks.size())

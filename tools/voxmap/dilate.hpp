@@ -13,8 +13,9 @@ namespace voxshell {
 
 using CellMask = std::array<std::uint64_t, 8>; ///< 512 cells of a brick, in Brick's bit order
 
-/// Adds to `cells` every brick that has a cell within `reach` (1..8) cells, Chebyshev, of a surface cell;
-/// solid runs give way. The cells' states stay; the origin may move down by a chunk.
+/// Adds to `cells` every brick that has a cell within `reach` cells, Chebyshev, of a surface cell; solid runs
+/// give way. (Beyond a reach of 8: more around bricks without a surface cell.) The cells' states stay; the
+/// origin may move down by chunks.
 void widen(Cells &cells, int reach, Progress &progress);
 
 /// The 27 bricks around each brick (itself in the middle, at 13), or `none`.
