@@ -211,6 +211,14 @@ static void give_wrench(evaluation *e, const double turn[9], const double *commo
         result->wrench.torque[i] = e->moment[i] * factor;
     }
     result->depth = e->depth;
+    if (e->config->loads) {
+        vxsi_hits *hits = &e->contact->hits;
+        if (e->config->field == VXS_CONTACT_SURFACE) {
+            if (common) turn_hits(hits, common, VXS_CONTACT_SURFACE);
+            set_planes(e, 0);
+        }
+        vxsi_gather_loads(e->contact, e->config, e->count, factor, turn);
+    }
     rotate(turn, result->wrench.force, result->wrench.force);
     rotate(turn, result->wrench.torque, result->wrench.torque);
     rotate(turn, result->normal, result->normal);
@@ -219,6 +227,7 @@ static void give_wrench(evaluation *e, const double turn[9], const double *commo
     if (!isfinite(sum)) {
         memset(&result->wrench, 0, sizeof result->wrench);
         result->flags |= VXS_CONTACT_INVALID;
+        if (e->config->loads) e->config->loads->count = 0;
     }
 }
 
@@ -255,7 +264,7 @@ int vxs_contact_has_field(const vxs_voxmap *map, uint32_t field)
 /* What the probe must keep for the law and field. */
 static uint32_t take_of(const vxs_contact_config *config)
 {
-    return (config->law == VXS_CONTACT_GRADIENT ? 0 : VXSI_TAKE_NORMAL) |
+    return (config->law == VXS_CONTACT_GRADIENT && !config->loads ? 0 : VXSI_TAKE_NORMAL) |
            (config->field == VXS_CONTACT_SURFACE ? 0 : VXSI_TAKE_INTERIOR) |
            (config->weighting == VXS_CONTACT_AREA ? VXSI_TAKE_AREA : 0);
 }
@@ -276,8 +285,10 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     memset(result, 0, sizeof *result);
     evaluation e = {.contact = contact, .config = config, .count = count};
     double turn[9];
-    if (vxs_contact_config_check(config) != VXS_OK || count > contact->static_capacity ||
-        (config->most_points && !contact->has_levels) || !vxs_pose_rotation(pose, turn))
+    if (vxs_contact_config_check(config) != VXS_OK) return result->flags = VXS_CONTACT_INVALID;
+    if (config->loads) config->loads->count = 0;
+    if (count > contact->static_capacity || (config->most_points && !contact->has_levels) ||
+        !vxs_pose_rotation(pose, turn))
         return result->flags = VXS_CONTACT_INVALID;
     vxsi_hits *hits = &contact->hits;
     hits->count = hits->deep_count = hits->overflow = 0;
@@ -299,6 +310,7 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     result->probed = contact->probed;
     result->level = contact->level;
     result->deep_points = hits->deep_count;
+    if (config->loads) vxsi_name_directions(hits);
     if (config->field != VXS_CONTACT_SURFACE) sample(&e, statics, result);
     if (result->deep_points > 0) result->flags |= VXS_CONTACT_DEEP;
 

@@ -22,7 +22,7 @@ typedef struct bundle {
     double sum[3], count;
 } bundle;
 
-static void name_directions(vxsi_hits *hits)
+void vxsi_name_directions(vxsi_hits *hits)
 {
     for (uint32_t n = 0; n < hits->count; n++) {
         float x = hits->nx[n], y = hits->ny[n], z = hits->nz[n], ax = fabsf(x), ay = fabsf(y), az = fabsf(z);
@@ -78,7 +78,7 @@ uint32_t vxsi_split_patches(vxsi_hits *hits, uint32_t field)
     uint8_t used[DIRECTIONS];
     int is_first[DIRECTIONS];
     uint32_t count = 0, patches = 0;
-    name_directions(hits);
+    vxsi_name_directions(hits);
     gather(hits, field == VXS_CONTACT_DISTANCE, cells);
     for (uint8_t d = 0; d < DIRECTIONS; d++) {
         memcpy(mean[count], cells[d].sum, sizeof mean[count]);

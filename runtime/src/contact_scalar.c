@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The kernel in plain C: the meaning of every other one.
+ * The kernel in plain C: the meaning of every other one. Here what the others fall back to.
  */
 #include "contact_kernel.h"
 
@@ -84,11 +84,3 @@ void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const
         if (hits->take & VXSI_TAKE_AREA) hits->area[n] = shell->area[point];
     }
 }
-
-#define VXSI_TARGET
-#define VXSI_NAME(name) name##_scalar
-#include "contact_sum.h"
-
-const vxsi_kernel vxsi_kernel_scalar = {vxsi_cull_scalar, vxsi_probe_scalar, vxsi_sample_scalar,
-                                        mean_scalar,      sum_common_scalar, sum_own_scalar,
-                                        sum_given_scalar, set_planes_scalar};

@@ -69,6 +69,15 @@ static inline void vxsi_turn_hit(vxsi_hits *hits, uint32_t n, const float normal
     hits->nz[n] = normal[2];
 }
 
+/* The cell of directions of each hit, of 96, into hits.direction; from its own normal, before it is turned.
+ */
+void vxsi_name_directions(vxsi_hits *hits);
+
+/* Fills config.loads from the hits, that have their depths and are turned to their normals. factor: [N] per
+ * unit of depth x weight; turn: shell to scene. */
+void vxsi_gather_loads(const vxs_contact *contact, const vxs_contact_config *config, uint32_t statics,
+                       double factor, const double turn[9]);
+
 /* Splits hits into patches (contact.h, law patch) and turns them, where there are more than one, to the
  * normals of their patches. Returns the number of patches. */
 uint32_t vxsi_split_patches(vxsi_hits *hits, uint32_t field);

@@ -122,6 +122,7 @@ static uint8_t *list_steps(vxs_servo *servo, const vxs_servo_config *config, uin
             memset(self, 0, stage->size);
             if (stage->set_up) stage->set_up(self, effect, &servo->config);
         }
+        if (stage->loads) servo->config.contact.loads = stage->loads(self);
         if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self};
         if (stage->pose) {
             servo->pose = stage->pose;

@@ -43,6 +43,8 @@ typedef struct vxsi_stage {
     uint32_t constant_count;
     vxs_result (*check)(const vxs_effect *effect);
     /* set_up: config is the servo's, without effects. */
+    /* What the rest of the servo must be for it; the effect itself is sound. Optional. */
+    vxs_result (*fits)(const vxs_effect *effect, const vxs_servo_config *config);
     void (*set_up)(void *self, const vxs_effect *effect, const vxs_servo_config *config);
     /* In the tick. reset: to rest with the device at the tip; optional. */
     void (*reset)(void *self, const vxs_pose *tip);
@@ -51,7 +53,9 @@ typedef struct vxsi_stage {
      * on the object at `body`. Each goes on from where the last tick ended, not from the evaluation before
      * it. Optional. */
     void (*add)(void *self, vxsi_tick *tick);
-    /* In place of the coupling's: where the object is. Optional. */
+    /* Where contact shall say who presses how. Optional; one stage at most. */
+    vxs_contact_loads *(*loads)(void *self);
+    /* In place of the coupling's: where the object is. Optional; one stage at most. */
     void (*pose)(const void *self, const vxs_pose *tip, vxs_pose *body);
 } vxsi_stage;
 

@@ -8,6 +8,7 @@
     ROW(contact)                                                                                             \
     ROW(start_inside)                                                                                        \
     ROW(contact_damping)                                                                                     \
+    ROW(friction)                                                                                            \
     ROW(gravity)                                                                                             \
     ROW(viscosity)                                                                                           \
     ROW(coupling)                                                                                            \

@@ -489,6 +489,27 @@ built_asset build_ball_shell(double voxel, double radius, uint32_t count)
     return asset;
 }
 
+built_asset build_block_shell(double voxel, const double half[3], const int count[3])
+{
+    uint32_t most = 0, made = 0;
+    for (int axis = 0; axis < 3; axis++) most += (uint32_t)(2 * count[axis] * count[(axis + 1) % 3]);
+    built_point *points = calloc(most, sizeof *points);
+    CHECK(points != NULL);
+    for (int face = 0; face < 6; face++) {
+        const int axis = face / 2, a = (axis + 1) % 3, b = (axis + 2) % 3, side = face % 2 ? 1 : -1;
+        for (int n = 0; n < count[a] * count[b]; n++, made++) {
+            points[made].position[axis] = (float)(side * half[axis]);
+            points[made].position[a] = (float)(half[a] * ((2 * (n / count[b]) + 1.0) / count[a] - 1));
+            points[made].position[b] = (float)(half[b] * ((2 * (n % count[b]) + 1.0) / count[b] - 1));
+            points[made].normal[axis] = (float)-side;
+            points[made].area = (float)(4 * half[a] * half[b] / (count[a] * count[b]));
+        }
+    }
+    built_asset asset = build_pointshell(voxel, points, made);
+    free(points);
+    return asset;
+}
+
 static vxs_asset open_asset(const built_asset *bytes, uint32_t kind)
 {
     vxs_asset_config config;

@@ -70,6 +70,10 @@ built_asset build_pointshell(double voxel, const built_point *points, uint32_t c
 /* `count` points spread over a ball by a spiral, normals inwards, equal areas. */
 built_asset build_ball_shell(double voxel, double radius, uint32_t count);
 
+/* A box of these half edges about the origin: on each face count[a] x count[b] points amid as many
+ * rectangles, normals inwards. */
+built_asset build_block_shell(double voxel, const double half[3], const int count[3]);
+
 /* Opens the bytes; stops the test if they are refused. */
 vxs_voxmap open_voxmap(const built_asset *asset);
 vxs_pointshell open_pointshell(const built_asset *asset);

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # All that one servo can run in its ticks, code and constants, is smaller than 64 KiB: of the kernels for an
-# instruction set one (the scalar one besides: it takes over where a map is too large for gathers), and of the
-# couplings one. Arguments: size, then the objects in one list with semicolons.
+# instruction set one (what they fall back to besides, where a map is too large for gathers), and of the couplings
+# one. Arguments: size, then the objects in one list with semicolons.
 size=$1
 IFS=';'
 set -- $2
@@ -10,7 +10,7 @@ unset IFS
 "$size" "$@" | awk '
     NR == 1 { next }
     { all += $1 }
-    $NF ~ /contact_(avx2|avx512|neon)\.c/ { if ($1 > kernel) kernel = $1; next }
+    $NF ~ /contact_(avx2|avx512|neon|scalar_sum)\.c/ { if ($1 > kernel) kernel = $1; next }
     $NF ~ /coupling_[a-z0-9_]*\.c/ { if ($1 > coupling) coupling = $1; next }
     { one += $1 }
     END {

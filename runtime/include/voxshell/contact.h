@@ -75,7 +75,8 @@ enum { VXS_CONTACT_COUNT = 1, VXS_CONTACT_COUNT_CAPPED = 2, VXS_CONTACT_AREA = 3
 
 enum {
     VXS_CONTACT_CAP_POINTS = 10, /* COUNT_CAPPED */
-    VXS_CONTACT_MAX_STATICS = 4096
+    VXS_CONTACT_MAX_STATICS = 4096,
+    VXS_CONTACT_MAX_LOADS = 96
 };
 
 /* Flags of a result. */
@@ -91,6 +92,24 @@ enum {
     VXS_CONTACT_SOFTENED = 1 << 7, /* most_stiffness acted */
     VXS_CONTACT_WRONG_SKIP = 1 << 5 /* VXS_CONTACT_CHECKED only: a map's clearance is not that of its cells */
 };
+
+/* What the points press with whose own normals are in one cell of directions (those of the law patch), on one
+ * static. A point is in the same cell whatever the law and the pose, so a load keeps its name for as long as
+ * it lasts. Frame: the scene's. */
+typedef struct vxs_contact_load {
+    uint32_t at;        /* the static, in the order of the evaluation's */
+    uint32_t direction; /* the cell of directions, 0 .. 95 */
+    double force;       /* sum |F_p| [N] > 0 */
+    double normal[3];   /* of length 1: of sum F_p */
+    double arm[3];      /* from o to the centre of pressure [m] */
+    double radius;      /* mean distance of the pressure from the normal through it [m] */
+} vxs_contact_load;
+
+/* In the order of their statics, then of their directions; those that find no room are left out. */
+typedef struct vxs_contact_loads {
+    uint32_t count;
+    vxs_contact_load load[VXS_CONTACT_MAX_LOADS];
+} vxs_contact_loads;
 
 /* Config. */
 typedef struct vxs_contact_config {
@@ -110,6 +129,8 @@ typedef struct vxs_contact_config {
      * yet is seen there (in its surface cell), so that the factor does not jump. */
     double most_stiffness;
     double reference[3]; /* o, the point about which torque is taken, in the shell's frame [m]; default 0 */
+    vxs_contact_loads *loads; /* NULL (default), or where every evaluation says who presses how; it does not
+                                 change the result by a bit */
 } vxs_contact_config;
 
 /* What the colliding points do. Frame: the scene's. */

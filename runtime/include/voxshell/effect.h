@@ -6,14 +6,15 @@
  * in it, an effect only if the config lists it. What is not listed costs nothing. The order is the
  * table's (src/servo_table.c), whatever the order of the config's list:
  *
- *     contact -> start-inside -> contact-damping -> gravity -> viscosity -> coupling -> passivity -> slew
- *     -> clamp -> soft-start
+ *     contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> coupling
+ *     -> passivity -> slew -> clamp -> soft-start
  *
- * What touching does goes through the coupling: contact's wrench, and what contact-damping makes of it. What
- * acts on the object besides (gravity, viscosity) moves the coupling's body where it has one (spring-damper),
- * else it acts on the hand as it is: a filter that is there for contact would only delay it. The object's
- * velocity is measured from one tick's pose to the next, at the middle of the shell's bounding sphere: 0 in
- * the first tick after arming; with quasi-static, of the pose that contact was evaluated at last.
+ * What touching does goes through the coupling: contact's wrench, what contact-damping makes of it, and
+ * friction. What acts on the object besides (gravity, viscosity) moves the coupling's body where it has one
+ * (spring-damper), else it acts on the hand as it is: a filter that is there for contact would only delay it.
+ * The object's velocity is measured from one tick's pose to the next, at the middle of the shell's bounding
+ * sphere: 0 in the first tick after arming; with quasi-static, of the pose that contact was evaluated at
+ * last.
  *
  * Forces:
  *   CONTACT_DAMPING  Hunt and Crossley (1975): the wrench of contact F_e, times a factor,
@@ -23,6 +24,21 @@
  * way has N = |F_e|. Never pulls, takes (F / F_e - 1) v_n N [W] >= 0 from the motion, and begins and ends
  *                 with F_e. A mass that hits at v leaves at u with c v - ln(1 + c v) = -c u - ln(1 - c u),
  *                 whatever the mass and the law: a restitution u / v = 1 - 2/3 c v + O((c v)^2).
+ *   FRICTION      Coulomb's, with presliding. Each load of the contact (contact.h: by static and direction,
+ *                 with normal force N_i, centre, normal and radius r_i) has an anchor, and s_i, how far the
+ *                 object has moved from it along the tangent plane, and by the twist about the normal
+ *                 times r_i: the fourth component. With w_i = N_i / sum N, the object feels at the centre
+ *                     F_i = -w_i (k_t s_i + b_t s_i')        (and the torque r_i F_i4 about the normal)
+ *                 while |F_i| <= mu_s N_i. Beyond it the anchor is dragged along, so that |F_i| = mu_k N_i,
+ *                 until it takes less to hold. N is contact's elastic force. An anchor goes with its
+ *                 static. What one anchor loses of its share w goes, stretch and all, to those that gain:
+ *                 nothing jumps where contact passes from one direction to the next; the last load that
+ *                 goes takes it all. In no tick does it give more than it had:
+ *                     -F . dx >= U - U_before,   U = k_t/2 sum w_i |s_i|^2,
+ *                 dx the way of each centre's material point in the tick: the return to the cone is that
+ *                 of plasticity, a mean's square is no more than the mean of squares, turning keeps
+ *                 lengths. A command that a device holds over a sample gives what any spring does: k_t and
+ *                 b_t count in the loop like contact's stiffness and a damping.
  *   GRAVITY       the object's weight: mass times acceleration, at the centre of mass. Conservative.
  *   VISCOSITY     Stokes' drag of a medium: force -damping v at the middle, torque -turning w. A command is
  * held over the sample T, so it damps a felt mass m without a delay only below 2 m / T, with d samples of
@@ -65,9 +81,11 @@ enum {
     VXS_EFFECT_PASSIVITY = 2,
     VXS_EFFECT_SLEW = 3,
     VXS_EFFECT_SOFT_START = 4,
+    VXS_EFFECT_FRICTION = 5,
     VXS_EFFECT_CONTACT_DAMPING = 6,
     VXS_EFFECT_VISCOSITY = 7,
-    VXS_EFFECT_GRAVITY = 8
+    VXS_EFFECT_GRAVITY = 8,
+    VXS_EFFECT_INERTIA = 9
 };
 
 enum { VXS_EFFECT_MAX_DELAY = 64, VXS_EFFECT_MAX_CONSTANTS = 24 };
@@ -107,6 +125,21 @@ typedef struct vxs_effect {
             double com[3];          /* centre of mass, shell's frame [m]; default 0 */
             double acceleration[3]; /* scene's frame [m/s^2]; default 0, -9.80665, 0 */
         } gravity;
+        struct {
+            double sticking;  /* mu_s, 0 .. 10; default 0.4 */
+            double sliding;   /* mu_k, 0 .. mu_s; default 0.3 */
+            double stiffness; /* k_t of the whole contact [N/m] > 0; default 1000 */
+            double damping;   /* b_t of the whole contact while it sticks [N s/m] >= 0; default 1 */
+        } friction;
+        struct {
+            double mass;       /* [kg] > 0; default 0.05 */
+            double com[3];     /* centre of mass in the shell's frame [m]; default 0 */
+            double inertia[6]; /* about it, along the shell's axes: xx yy zz xy xz yz [kg m^2], xy = -sum m x
+                                  y. Default: of a ball of that mass and a radius of 20 mm */
+            double stiffness;  /* of the spring to the device [N/m] >= 0; default 1000; 0: a free body */
+            double damping;    /* its zeta [1] >= 0; default 1 */
+            double radius;     /* about an axis stiffness x radius^2 [m] > 0; default 0.02 */
+        } inertia;
     } as;
 } vxs_effect;
 
