@@ -93,6 +93,19 @@ static void multiply(const quasi_static *s, const double v[6], double out[6])
     for (int i = 0; i < 6; i++) out[i] = dot(s->inverse[i], v);
 }
 
+static void shorten(double v[6], double most)
+{
+    double length = sqrt(dot(v, v));
+    for (int i = 0; i < 6 && length > most; i++) v[i] *= most / length;
+}
+
+/* H v, of what is out of balance: contact only takes from it, so that this is never longer. */
+static void answer(const quasi_static *s, const double v[6], double out[6])
+{
+    multiply(s, v, out);
+    shorten(out, sqrt(dot(v, v)));
+}
+
 static void move(const quasi_static *s, vxs_pose *pose, const double way[6])
 {
     double turn[3];
@@ -117,7 +130,7 @@ static void pose(const vxs_coupling *coupling, const vxs_pose *device, vxs_pose 
     *object = s->is_free ? now : s->object;
     way_between(s, &s->anchor, &now, way);
     if (s->is_free || is_zero(way)) return;
-    multiply(s, way, follows);
+    answer(s, way, follows);
     move(s, object, follows);
 }
 
@@ -155,6 +168,14 @@ static void learn_slope(quasi_static *s, const vxs_pose *at, const double push[6
                 s->inverse[i][j] +
                 (factor * (way[i] * way[j]) - (turned[i] * way[j] + way[i] * turned[j]) / product));
     }
+    /* Contact only pushes back: f' is at least 1, H at most. What jumps aside looks otherwise. */
+    for (int i = 0; i < 6; i++) {
+        double share = s->inverse[i][i] > 1 ? 1 / sqrt(s->inverse[i][i]) : 1;
+        for (int j = 0; j < 6 && share < 1; j++) {
+            s->inverse[i][j] *= share;
+            s->inverse[j][i] *= share;
+        }
+    }
 }
 
 /* What is out of balance at the pose where contact was just evaluated. */
@@ -186,7 +207,7 @@ static void newton(quasi_static *s, const vxs_pose *at, const double push[6], co
             return;
         }
         if (s->misses == 1) learn_slope(s, at, push);
-        multiply(s, rest, way);
+        answer(s, rest, way);
         double share = 1;
         for (double n = s->misses; n < most_misses; n++) share /= 4;
         for (int i = 0; i < 6 && s->misses > 1; i++) way[i] += share * (rest[i] - way[i]);
@@ -196,11 +217,8 @@ static void newton(quasi_static *s, const vxs_pose *at, const double push[6], co
             learn_first_touch(s, push, out);
         else
             learn_slope(s, at, push);
-        multiply(s, rest, way);
-        double length = sqrt(dot(way, way));
-        if (depth > 0 && length > out && dot(way, push) > 0) {
-            for (int i = 0; i < 6; i++) way[i] *= out / length;
-        }
+        answer(s, rest, way);
+        if (depth > 0 && dot(way, push) > 0) shorten(way, out);
         s->is_free = s->misses = 0;
         memcpy(s->pushed, push, sizeof s->pushed);
     }
@@ -231,6 +249,9 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
     look(coupling, contact, device, &at, push, rest);
     newton(s, &at, push, rest, coupling->depth, device);
     way_between(s, &s->anchor, &s->object, stretch);
+    /* In balance the stretch is the push. A step that goes too far must not draw the device against it. */
+    double along = dot(stretch, push);
+    for (int i = 0; i < 6 && along < 0; i++) stretch[i] -= along / dot(push, push) * push[i];
     for (int i = 0; i < 3; i++) {
         out->force[i] = s->stiffness * stretch[i];
         out->torque[i] = s->stiffness * s->radius * stretch[3 + i];

@@ -90,6 +90,7 @@ static void write_trace(const vxs_servo *servo, const vxsi_tick *tick, vxs_servo
     trace->tick = servo->tick;
     trace->time_ns = tick->state->time_ns;
     trace->pose = tick->state->pose;
+    trace->body = tick->body;
     trace->collision = contact->wrench;
     trace->output = tick->output;
     trace->command = servo->command.wrench;

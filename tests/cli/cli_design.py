@@ -127,6 +127,19 @@ class Design(command.CommandTest):
         self.assertEqual(ran['coupling'], f"quasi-static {told['spring_n_per_m']:.4g} N/m (auto)")
         self.assertGreater(ran['contact_ticks'], 1000)
         self.assertNotIn('saturated', ran['flag_ticks'])
+        # Without a kind the design picks it: contact that no pt2 carries, then contact that pt2 carries, but not within the wall of 6 mm.
+        for contact, reason in (({}, 'no pt2 is stable'), ({'most_stiffness': '800N/m'}, 'with pt2 a push at 0.1 m/s into ')):
+            free = self.scene({'design': 'auto', 'assume': 'hand'}, **contact)
+            told = self.design(free)
+            self.assertEqual((told['coupling'], told['automatic']), ('quasi-static', True))
+            self.assertTrue(told['chosen'].startswith('quasi-static, since ' + reason), told['chosen'])
+            self.assertEqual(told['push']['arm'], 'hand')
+            self.assertAlmostEqual(told['push']['speed_m_per_s'], 0.1)
+            self.assertAlmostEqual(told['push']['wall_m'], 0.006, delta=0.0023)  # to a cell, in steps of an eighth
+            ran = json.loads(self.run_voxshell('simulate', free, '--format', 'json', '--quiet').stdout)
+            self.assertEqual(ran['coupling'], f"quasi-static {told['spring_n_per_m']:.4g} N/m (auto)")
+            self.run_voxshell('design', free, '--quiet', out=r'chosen    quasi-static, since .*\n  push      at 0\.1 m/s into ')
+        self.assertIsNone(self.design(free, '--coupling', 'pt2')['chosen'])
         # The paper's 5 Hz is judged as it is; --auto picks in its place.
         paper = self.scene({'kind': 'pt2', 'frequency': '5Hz', 'damping': 1})
         self.assertFalse(self.design(paper, '--stiffness', '100N/m', '--assume', 'hand')['automatic'])

@@ -187,6 +187,42 @@ static void check_steps(void)
     CHECK(worst < k * step / 4);
 }
 
+/* A floor whose force comes in steps of depth and leans another way in each cell, by up to 45 degrees:
+ * nothing like a slope. The body may hang anywhere that force can hold it against the spring, and nowhere
+ * else; and the spring never draws the device against contact. */
+static void check_aside(void)
+{
+    const double k = 400, wall = 2e4, cell = 0.0005;
+    vxs_coupling *coupling = make(k, 3);
+    double stray = 0, drawn = 0, most = 0;
+    for (int n = 0; n < 200000; n++) {
+        double t = 1e-3 * n, depth = 0.004 * sin(7 * t);
+        vxs_pose device = at(0.01 * sin(t), -depth), body;
+        vxs_wrench contact, out;
+        double d;
+        do {
+            vxs_coupling_pose(coupling, &device, &body);
+            memset(&contact, 0, sizeof contact);
+            d = fmax(0, ceil(-body.position[1] / cell) * cell);
+            uint32_t where = (uint32_t)(int32_t)floor(body.position[0] / cell) * 2654435761u ^
+                             (uint32_t)(int32_t)floor(body.position[1] / cell) * 2246822519u;
+            double lean = (where >> 8 & 0xffff) / 32767.5 - 1;
+            contact.force[0] = lean * wall * d;
+            contact.force[1] = wall * d;
+            stray = fmax(stray,
+                         hypot(body.position[0] - device.position[0], body.position[1] - device.position[1]));
+            most = fmax(most, hypot(contact.force[0], contact.force[1]));
+        } while (vxs_coupling_refine(coupling, &contact, d, &device));
+        CHECK_INT(vxs_coupling_step(coupling, &contact, &device, &out), 0);
+        drawn = fmin(drawn, out.force[0] * contact.force[0] + out.force[1] * contact.force[1]);
+    }
+    printf(
+        "contact that leans: body %.3g mm from the device at most, the largest force holds it at %.3g mm\n",
+        1e3 * stray, 1e3 * most / k);
+    CHECK(stray < 2 * 0.004); /* twice as far as the device is in */
+    CHECK(drawn > -1e-9);
+}
+
 static void check_refusals(void)
 {
     vxs_coupling_config config;
@@ -228,6 +264,7 @@ int main(void)
     check_wedge();
     check_lever();
     check_steps();
+    check_aside();
     check_refusals();
     return 0;
 }

@@ -8,7 +8,7 @@
 #include "pipeline/output.hpp"
 #include "scene/quantity.hpp"
 #include "study/plot_design.hpp"
-#include "study/servo_run.hpp"
+#include "study/scene_contact.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -58,6 +58,7 @@ void take_coupling(const DesignOptions &o, DesignInput &input)
     if (!o.coupling.empty()) {
         coupling.kind = vxs_coupling_kind_named(o.coupling.c_str());
         input.automatic = o.frequency.empty();
+        input.any_kind = false;
     }
     if (!o.frequency.empty()) {
         if (!o.coupling.empty() && coupling.kind != VXS_COUPLING_PT2) {
@@ -66,7 +67,7 @@ void take_coupling(const DesignOptions &o, DesignInput &input)
         coupling.kind = VXS_COUPLING_PT2;
         coupling.omega0 = two_pi * quantity("--frequency", o.frequency, Dimension::frequency);
         coupling.damping = o.damping;
-        input.automatic = false;
+        input.automatic = input.any_kind = false;
     }
     input.automatic = input.automatic || o.automatic;
 }
@@ -105,6 +106,10 @@ Question question_of(const DesignOptions &o, Progress &progress)
     if (!o.assume.empty()) {
         q.input.assume = o.assume;
     }
+    std::optional<SceneAssets> assets;
+    const auto open = [&]() -> const SceneAssets & {
+        return assets ? *assets : assets.emplace(*scene, o.assets, o.max_memory.value_or(0), progress);
+    };
     if (!o.stiffness.empty()) {
         q.input.stiffness = quantity("--stiffness", o.stiffness, Dimension::stiffness);
         q.source = "given";
@@ -112,13 +117,15 @@ Question question_of(const DesignOptions &o, Progress &progress)
         q.input.stiffness = scene->most_stiffness;
         q.source = "the scene's most_stiffness";
     } else if (scene) {
-        const SceneAssets assets(*scene, o.assets, o.max_memory.value_or(0), progress);
-        const ContactStiffness stiffness = contact_stiffness(*scene, assets.map, assets.shell);
+        const ContactStiffness stiffness = contact_stiffness(*scene, open().map, open().shell);
         q.input.stiffness = stiffness.value;
         q.source = stiffness.source;
     } else {
         q.input.stiffness = device.profile.max_stiffness;
         q.source = "recommended for the device";
+    }
+    if (q.input.any_kind) {
+        q.input.pushes = pushes(*scene, open().map, open().shell);
     }
     return q;
 }
@@ -155,6 +162,15 @@ json margins_json(const Margins &margins)
     return {{"gain_db", number(margins.gain_db)},
             {"phase_deg", number(margins.phase_deg)},
             {"delay_ms", number(1e3 * margins.delay_s)}};
+}
+
+json push_json(const std::optional<PushDesign> &push)
+{
+    if (!push) return nullptr;
+    return {{"speed_m_per_s", push->speed},        {"wall_m", push->wall},
+            {"middle_m", push->middle},            {"arm", push->arm},
+            {"device_m", push->stopped.device},    {"body_m", push->stopped.body},
+            {"device_at_best_m", push->at_best},   {"holds", push->holds()}};
 }
 
 template<class F>
@@ -212,6 +228,8 @@ json as_json(const Question &q, const Design &d)
         {"delay_samples", d.input.device.delay_samples},
         {"coupling", vxs_coupling_kind_name(d.coupling.kind)},
         {"automatic", d.input.automatic},
+        {"chosen", d.chosen.empty() ? json(nullptr) : json(d.chosen)},
+        {"push", push_json(d.push)},
         {"omega0_hz", is_pt2 ? json(d.coupling.omega0 / two_pi) : json(nullptr)},
         {"damping", is_pt2 ? json(d.coupling.damping) : json(nullptr)},
         {"gain", is_pt2 ? d.coupling.gain : 1.0},
@@ -265,6 +283,15 @@ void tell(const Question &q, const Design &d)
                    d.coupling.stiffness, how, d.seen);
     } else {
         fmt::print("  coupling  none\n");
+    }
+    if (!d.chosen.empty()) {
+        fmt::print("  chosen    {}\n", d.chosen);
+    }
+    if (d.push) {
+        fmt::print("  push      at {:.3g} m/s into {:.3g} mm, by {}: the device comes {:.2f} mm in (its peak force at once would stop it after "
+                   "{:.2f}), what feels contact {:.2f} mm\n",
+                   d.push->speed, 1e3 * d.push->wall, d.push->arm == "free" ? "nobody" : "a " + d.push->arm, 1e3 * d.push->stopped.device,
+                   1e3 * d.push->at_best, 1e3 * d.push->stopped.body);
     }
     fmt::print("\n  {:<8}{:>12}{:>11}{:>10}{:>11}{:>10}{:>16}{:>23}\n", "arm", "K_max N/m", "hunts from",
                "gain dB", "phase deg", "delay ms", "passive to N/m", "damping missing N s/m");

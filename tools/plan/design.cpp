@@ -124,6 +124,24 @@ double stiffest_spring(const DesignInput &input)
     return most;
 }
 
+std::optional<PushDesign> worst_push(const DesignInput &input, const vxs_coupling_config &coupling)
+{
+    std::optional<PushDesign> worst;
+    for (const Push &push : input.pushes) {
+        for (const vxs_simulated_config &device : held(input, false)) {
+            const PushDesign found{push.speed,
+                                   push.wall,
+                                   push.middle,
+                                   device.arm.name,
+                                   stop_push(push, device, coupling),
+                                   stop_at_best(push, device)};
+            if (!worst || found.stopped.body * worst->middle > worst->stopped.body * found.middle)
+                worst = found;
+        }
+    }
+    return worst;
+}
+
 void check(const DesignInput &input)
 {
     if (!(input.stiffness > 0) || !std::isfinite(input.stiffness)) {
@@ -195,6 +213,14 @@ std::vector<std::string> advice_of(const Design &d)
             "beyond the quantisation limit of {}: steps of {:.3g} um at {:.4g} Hz can keep it humming",
             newtons(d.quantisation), 1e6 * d.input.device.profile.resolution, rate));
     }
+    if (d.push && !d.push->holds()) {
+        out.push_back(fmt::format("a push as on the hand's path goes through: what feels contact comes "
+                                  "{:.2g} mm in, past the middle of the {:.2g} mm that stand in its way{}",
+                                  1e3 * d.push->stopped.body, 1e3 * d.push->wall,
+                                  d.coupling.kind == VXS_COUPLING_QUASI_STATIC
+                                      ? "; stiffen the contact"
+                                      : "; quasi-static may hold it"));
+    }
     const double recommended = d.input.device.profile.max_stiffness;
     if (recommended > 0 && d.seen > recommended) {
         out.push_back(
@@ -203,9 +229,7 @@ std::vector<std::string> advice_of(const Design &d)
     return out;
 }
 
-} // namespace
-
-Design design_coupling(const DesignInput &given)
+Design design_of_kind(const DesignInput &given)
 {
     check(given);
     Design d;
@@ -245,8 +269,52 @@ Design design_coupling(const DesignInput &given)
     d.unfiltered = {unfiltered.passive_stiffness(), std::max(0.0, needed - unfiltered.viscosity()),
                     needed / unfiltered.viscosity() /
                         given.device.sample_time}; // damping needed is in samples
+    d.push = worst_push(d.input, d.coupling);
     d.advice = advice_of(d);
     return d;
+}
+
+std::string push_text(const PushDesign &push)
+{
+    return fmt::format("a push at {:.3g} m/s into {:.2g} mm", push.speed, 1e3 * push.wall);
+}
+
+/// Why not pt2; empty if nothing speaks against it.
+std::string against_pt2(const Design &d)
+{
+    if (d.refused) {
+        return "no pt2 is stable with contact of " + newtons(d.input.stiffness);
+    }
+    if (!d.margins_held) {
+        return fmt::format("no pt2 leaves {} dB and {} sample of delay", least_gain_db, least_delay_samples);
+    }
+    if (!d.push) {
+        return "nothing is known of what pt2 would have to stop";
+    }
+    return d.push->holds() ? ""
+                           : fmt::format("with pt2 {} comes {:.2g} mm in", push_text(*d.push),
+                                         1e3 * d.push->stopped.body);
+}
+
+} // namespace
+
+Design design_coupling(const DesignInput &given)
+{
+    if (!given.any_kind) return design_of_kind(given);
+    DesignInput input = given;
+    input.automatic = true;
+    input.coupling.kind = VXS_COUPLING_PT2;
+    Design shaped = design_of_kind(input);
+    const std::string against = against_pt2(shaped);
+    if (against.empty()) {
+        shaped.chosen = fmt::format("pt2, since it stops {} after {:.2g} mm", push_text(*shaped.push),
+                                    1e3 * shaped.push->stopped.body);
+        return shaped;
+    }
+    input.coupling.kind = VXS_COUPLING_QUASI_STATIC;
+    Design still = design_of_kind(input);
+    still.chosen = "quasi-static, since " + against;
+    return still;
 }
 
 vxs_simulated_config simulated_device(const std::string &name, double rate)

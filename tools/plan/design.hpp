@@ -4,7 +4,9 @@
 #pragma once
 
 #include "plan/loop.hpp"
+#include "plan/push.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,19 @@ struct DesignInput {
     double stiffness = 0;            ///< largest of the contact [N/m]
     vxs_coupling_config coupling;    ///< kind none, pt2 or quasi-static; sample_time is set from the device
     bool automatic = false;          ///< pt2: pick omega0 and damping; quasi-static: pick stiffness
+    /// Pick the kind as well, pt2 or quasi-static: pt2 if its margins hold and every push of the arms that
+    /// count ends before the wall's middle.
+    bool any_kind = false;
+    std::vector<Push> pushes; ///< along which the hand comes in; none: not known
+};
+
+/// The push that comes nearest to the far side, with the arm that pushes so far.
+struct PushDesign {
+    double speed, wall, middle; ///< of the Push
+    std::string arm;
+    Stopped stopped;
+    double at_best; ///< the device, with its peak force at once [m]
+    bool holds() const { return stopped.body < middle; }
 };
 
 struct ArmDesign {
@@ -52,6 +67,8 @@ struct Design {
         double damping_missing;   ///< [N s/m]; 0: some filter of this form is passive
         double rate_needed;       ///< to be passive at the device's own damping [Hz]
     } unfiltered;
+    std::optional<PushDesign> push;  ///< where pushes were given
+    std::string chosen;              ///< with any_kind: why this kind
     std::vector<std::string> advice; ///< sentences: what does not hold, and what would make it hold
 };
 

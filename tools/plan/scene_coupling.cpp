@@ -37,6 +37,7 @@ vxs_coupling_config said(const SceneFile &scene)
         config.kind = VXS_COUPLING_NONE;
         break;
     case CouplingKind::pt2:
+    case CouplingKind::designed: // from either
         config.kind = VXS_COUPLING_PT2;
         break;
     case CouplingKind::spring_damper:
@@ -57,17 +58,15 @@ vxs_coupling_config said(const SceneFile &scene)
 std::string text_of(const SceneFile &scene, const vxs_coupling_config &config)
 {
     const char *mark = scene.design ? " (auto)" : "";
-    switch (scene.coupling) {
-    case CouplingKind::none:
-        return "no coupling";
-    case CouplingKind::pt2:
-        return fmt::format("pt2 {:.4g} Hz{}", config.omega0 / two_pi, mark);
-    case CouplingKind::quasi_static:
-        return fmt::format("quasi-static {:.4g} N/m{}", config.stiffness, mark);
-    case CouplingKind::spring_damper:
-        break;
+    if (config.kind == VXS_COUPLING_NONE) return "no coupling";
+    const std::string name = vxs_coupling_kind_name(config.kind);
+    if (config.kind == VXS_COUPLING_PT2) {
+        return fmt::format("{} {:.4g} Hz{}", name, config.omega0 / two_pi, mark);
     }
-    return "spring-damper";
+    if (config.kind == VXS_COUPLING_QUASI_STATIC) {
+        return fmt::format("{} {:.4g} N/m{}", name, config.stiffness, mark);
+    }
+    return name;
 }
 
 } // namespace
@@ -79,6 +78,7 @@ DesignInput design_input(const SceneFile &scene, const vxs_simulated_config &dev
     input.stiffness = stiffness;
     input.coupling = said(scene);
     input.automatic = scene.design;
+    input.any_kind = scene.coupling == CouplingKind::designed;
     if (!scene.assume.empty()) {
         input.assume = {scene.assume};
     }
@@ -86,12 +86,14 @@ DesignInput design_input(const SceneFile &scene, const vxs_simulated_config &dev
 }
 
 SceneCoupling scene_coupling(const SceneFile &scene, const vxs_simulated_config &device,
-                             const std::function<ContactStiffness()> &stiffness)
+                             const SceneContact &known)
 {
     SceneCoupling out{said(scene), {}, {}};
     if (scene.design) {
-        const ContactStiffness contact = stiffness();
-        const Design design = design_coupling(design_input(scene, device, contact.value));
+        const ContactStiffness contact = known.stiffness();
+        DesignInput input = design_input(scene, device, contact.value);
+        if (input.any_kind) input.pushes = known.pushes();
+        const Design design = design_coupling(input);
         if (design.refused) {
             const auto bad = std::find_if(design.arms.begin(), design.arms.end(),
                                           [](const ArmDesign &arm) { return arm.counts && !arm.stable(); });

@@ -17,18 +17,24 @@ struct ContactStiffness {
     std::string source; ///< for a sentence: "stated by the scene", "along the hand's path"
 };
 
+/// What only the scene's assets tell; asked where a design needs it.
+struct SceneContact {
+    std::function<ContactStiffness()> stiffness;
+    std::function<std::vector<Push>()> pushes;
+};
+
 struct SceneCoupling {
     vxs_coupling_config config;
     std::string text;             ///< "pt2 5 Hz", "quasi-static 400 N/m (auto)"
     std::optional<Design> design; ///< where the scene asks for one
 };
 
-/// device: with the scene's rate. stiffness: asked only where a design needs it. Throws Failure: invalid
-/// (numbers that the rate does not carry), requirement (a design that is unstable with an arm that counts).
+/// device: with the scene's rate. Throws Failure: invalid (numbers that the rate does not carry), requirement (a
+/// design that is unstable with an arm that counts).
 SceneCoupling scene_coupling(const SceneFile &scene, const vxs_simulated_config &device,
-                             const std::function<ContactStiffness()> &stiffness);
+                             const SceneContact &contact);
 
-/// What a design of the scene is given, whether or not the scene asks for one.
+/// What a design of the scene is given, whether or not the scene asks for one; pushes are the caller's to add.
 DesignInput design_input(const SceneFile &scene, const vxs_simulated_config &device, double stiffness);
 
 } // namespace voxshell

@@ -142,6 +142,21 @@ void designed(const JsonObject &object, SceneFile &scene)
     }
 }
 
+/// Of a body that is not the device.
+void solver(const JsonObject &any, SceneFile &scene)
+{
+    if (const auto found = any.find("radius")) {
+        scene.radius = positive(*found, Dimension::length);
+    }
+    if (const auto found = any.find("evaluations")) {
+        const double count = found->number();
+        if (count != 1 && count != 2 && count != 3) {
+            found->refuse("must be 1, 2 or 3");
+        }
+        scene.evaluations = static_cast<unsigned>(count);
+    }
+}
+
 void pt2(const JsonPlace &at, const JsonObject &any, SceneFile &scene)
 {
     if (any.find("design")) {
@@ -171,33 +186,35 @@ void quasi_static(const JsonPlace &at, const JsonObject &any, SceneFile &scene)
         const JsonObject object(at, {"kind", "stiffness", "radius", "evaluations"});
         scene.spring_stiffness = positive(object.get("stiffness"), Dimension::stiffness);
     }
-    if (const auto found = any.find("evaluations")) {
-        const double count = found->number();
-        if (count != 1 && count != 2 && count != 3) {
-            found->refuse("must be 1, 2 or 3");
-        }
-        scene.evaluations = static_cast<unsigned>(count);
-    }
+    solver(any, scene);
 }
 
 void coupling(const JsonPlace &at, SceneFile &scene)
 {
     const JsonObject any(at, {"kind", "design", "assume", "frequency", "damping", "prewarp", "gain", "stiffness", "viscosity",
                               "mass", "radius", "evaluations"});
+    const auto kind = any.find("kind");
+    if (!kind && any.find("design")) {
+        scene.coupling = CouplingKind::designed;
+        designed(JsonObject(at, {"design", "assume", "prewarp", "radius", "evaluations"}), scene);
+        const auto prewarp = any.find("prewarp");
+        scene.prewarp = prewarp && prewarp->boolean();
+        solver(any, scene);
+        return;
+    }
     scene.coupling = static_cast<CouplingKind>(any.get("kind").choice({"none", "pt2", "spring-damper", "quasi-static"}));
     switch (scene.coupling) {
     case CouplingKind::none: JsonObject(at, {"kind"}); return;
     case CouplingKind::pt2: pt2(at, any, scene); return;
-    case CouplingKind::quasi_static: quasi_static(at, any, scene); break;
+    case CouplingKind::designed: break; // no choice gives it
+    case CouplingKind::quasi_static: quasi_static(at, any, scene); return;
     case CouplingKind::spring_damper: {
         const JsonObject object(at, {"kind", "stiffness", "mass", "damping", "radius"});
         scene.spring_stiffness = positive(object.get("stiffness"), Dimension::stiffness);
         scene.mass = positive(object.get("mass"), Dimension::mass);
         scene.damping = ratio(object.get("damping"));
+        solver(any, scene);
     }
-    }
-    if (const auto found = any.find("radius")) {
-        scene.radius = positive(*found, Dimension::length);
     }
 }
 

@@ -19,6 +19,9 @@
 //         {"kind": "quasi-static", "stiffness": "1N/mm", "radius": "20mm", "evaluations": 3}
 //         {"kind": "pt2", "design": "auto"} (or quasi-static): what the device carries, held by anybody or nobody; refused if
 //           nothing is stable; "assume": free|pen|hand|arm: only that one counts
+//         {"design": "auto"}: picks the kind as well: pt2 if it is stable and stops the hand's own path before the middle of
+//           what it pushes against; else quasi-static, where what feels the contact is not the device, and cannot be pushed
+//           through; prewarp, radius, evaluations may be said for either
 //     "guards": [{"kind": "start-inside"},             no force until the object was free once
 //                {"kind": "soft-start", "time": "0.5s"},
 //                {"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"},
@@ -85,7 +88,7 @@ struct HandPath {
 enum class ContactLaw { original, average, patch, gradient };
 enum class ContactField { surface, layers, distance };
 enum class Weighting { count, count_capped, area };
-enum class CouplingKind { none, pt2, spring_damper, quasi_static };
+enum class CouplingKind { none, pt2, spring_damper, quasi_static, designed };
 
 struct SceneFile {
     std::filesystem::path path;
@@ -99,7 +102,7 @@ struct SceneFile {
     double most_stiffness = 0; ///< of the contact as a whole [N/m], 0: no bound
     double stiffness = 500; ///< count: [N/m] per point, area: [N/m^3]
     CouplingKind coupling = CouplingKind::pt2;
-    bool design = false;            ///< pt2, quasi_static: their numbers come from an automatic design
+    bool design = false;            ///< pt2, quasi_static: their numbers come from an automatic design; designed: the kind too
     std::string assume;             ///< of the design: the arm that counts; empty: all
     double frequency = 5;           ///< pt2 [Hz]
     double damping = 1;             ///< pt2, spring_damper: ratio

@@ -3,7 +3,7 @@
 
 #include "cli/failure.hpp"
 #include "scene/scene_file.hpp"
-#include "study/memory.hpp"
+#include "plan/memory.hpp"
 
 #include "voxshell/contact.h"
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "study/servo_run.hpp"
 
+#include "plan/memory.hpp"
 #include "plan/scene_effects.hpp"
-#include "study/memory.hpp"
+#include "study/scene_contact.hpp"
 
 #include "voxshell/servo_thread.h"
 #include "voxshell/simulated.h"
@@ -32,32 +33,6 @@ void check(vxs_result result, const std::string &where)
     if (result != VXS_OK) {
         throw Failure(ExitCode::invalid, "", where + ": " + vxs_result_text(result));
     }
-}
-
-vxs_pose as_runtime(const Pose &pose)
-{
-    const auto &[x, y, z, w] = pose.rotation;
-    return {{pose.position[0], pose.position[1], pose.position[2]}, {w, x, y, z}};
-}
-
-vxs_contact_config contact_of(const SceneFile &scene)
-{
-    vxs_contact_config config;
-    vxs_contact_config_default(&config);
-    config.law = scene.law == ContactLaw::original   ? VXS_CONTACT_ORIGINAL
-                 : scene.law == ContactLaw::patch    ? VXS_CONTACT_PATCH
-                 : scene.law == ContactLaw::gradient ? VXS_CONTACT_GRADIENT
-                                                     : VXS_CONTACT_AVERAGE;
-    config.field = scene.field == ContactField::layers     ? VXS_CONTACT_LAYERS
-                   : scene.field == ContactField::distance ? VXS_CONTACT_DISTANCE
-                                                           : VXS_CONTACT_SURFACE;
-    config.weighting = scene.weighting == Weighting::area           ? VXS_CONTACT_AREA
-                       : scene.weighting == Weighting::count_capped ? VXS_CONTACT_COUNT_CAPPED
-                                                                    : VXS_CONTACT_COUNT;
-    config.stiffness = scene.stiffness;
-    config.most_stiffness = scene.most_stiffness;
-    check(vxs_contact_config_check(&config), scene.path.string() + ": /contact");
-    return config;
 }
 
 /// A simulated device at the start of the hand's path.
@@ -100,12 +75,12 @@ vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &stat
     config.static_count = 1;
     config.shell = &shell;
     config.contact = contact_of(scene);
+    const SceneCoupling felt = scene_coupling(scene, simulated.config, scene_contact(scene, *statics.map, shell));
+    config.coupling = felt.config;
     if (scene.budget > 0) {
-        const unsigned evaluations = scene.coupling == CouplingKind::quasi_static ? scene.evaluations : 1;
+        const unsigned evaluations = config.coupling.kind == VXS_COUPLING_QUASI_STATIC ? config.coupling.evaluations : 1;
         config.contact.most_points = points_for(scene.budget / evaluations, shell);
     }
-    const SceneCoupling felt = scene_coupling(scene, simulated.config, [&] { return contact_stiffness(scene, *statics.map, shell); });
-    config.coupling = felt.config;
     coupling = felt.text;
     config.max_force = caps.peak_force;
     if (caps.peak_torque > 0) {
@@ -175,7 +150,7 @@ public:
         ++run_.ticks;
         if (keep_rows_) {
             const auto point = [](const double v[3]) { return Point{v[0], v[1], v[2]}; };
-            run_.rows.push_back({t, point(row.pose.position), hand, point(row.collision.force),
+            run_.rows.push_back({t, point(row.pose.position), hand, point(row.body.position), point(row.collision.force),
                                  point(row.collision.torque), point(row.command.force), row.points, row.flags,
                                  row.energy});
         }
@@ -302,33 +277,6 @@ void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, 
 
 } // namespace
 
-ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell)
-{
-    if (scene.most_stiffness > 0) {
-        return {scene.most_stiffness, "the scene's most_stiffness"};
-    }
-    const vxs_contact_static statics{&map, nullptr};
-    vxs_contact_config config = contact_of(scene);
-    config.most_stiffness = std::numeric_limits<double>::max(); // bounds nothing, and is told
-    const Memory room(vxs_contact_memory(&shell, 1));
-    vxs_contact *contact = nullptr;
-    check(vxs_contact_init(room.get(), room.size(), &shell, 1, &contact), "contact");
-    const double end = scene.hand.keyframes.back().t;
-    const auto steps = static_cast<std::uint64_t>(std::clamp(end * scene.rate, 0.0, 20'000.0));
-    double most = 0;
-    for (std::uint64_t n = 0; n <= steps; ++n) {
-        const vxs_pose pose = as_runtime(scene.hand.at(steps ? end * static_cast<double>(n) / static_cast<double>(steps) : 0));
-        vxs_contact_result result;
-        vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result);
-        if (result.points > 0) most = std::max(most, result.stiffness);
-    }
-    if (!(most > 0)) {
-        throw Failure(ExitCode::invalid, scene.path.string(),
-                      "the hand's path touches nothing, so that a design has no stiffness to go by; say contact's \"most_stiffness\"");
-    }
-    return {most, "all that the hand's path asks for at once; \"most_stiffness\" would bound it"};
-}
-
 ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell, const RunOptions &options,
                    Progress &progress)
 {
@@ -404,7 +352,7 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
         {"contact", fmt::format("{} points into cells of {} mm, law {}, field {}", shell.point_count, 1e3 * map.voxel,
                                 laws[static_cast<int>(scene.law)], fields[static_cast<int>(scene.field)]),
          durations(contact)},
-        {"coupling", felt + (scene.coupling == CouplingKind::quasi_static ? fmt::format(", contact evaluated up to {} times", scene.evaluations) : ", six axes"),
+        {"coupling", felt + (config.coupling.kind == VXS_COUPLING_QUASI_STATIC ? fmt::format(", contact evaluated up to {} times", config.coupling.evaluations) : ", six axes"),
          durations(couple)},
         {"tick", fmt::format("contact, coupling, clamp to {} N{}: the whole of it", config.max_force, guards), durations(whole)},
     };

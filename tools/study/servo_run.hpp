@@ -3,7 +3,6 @@
 #pragma once
 
 #include "cli/progress.hpp"
-#include "plan/scene_coupling.hpp"
 #include "scene/scene_file.hpp"
 #include "study/durations.hpp"
 #include "study/trace.hpp"
@@ -55,11 +54,6 @@ struct ServoRun {
     std::optional<Realtime> realtime;
     std::vector<TraceRow> rows;
 };
-
-/// How stiff the scene's contact gets: what its most_stiffness bounds it to, else the largest eigenvalue (contact.h) on
-/// the hand's path, where the device would go if nothing held it: deeper than it ever gets. Throws Failure(invalid) if
-/// that touches nothing.
-ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell);
 
 /// Runs the loop: options.seconds at the scene's rate, the device armed at the start of the hand's path. Throws
 /// Failure: usage (no such device; seconds), invalid (a coupling that the rate does not carry), interrupted.

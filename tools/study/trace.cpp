@@ -25,13 +25,14 @@ void put(std::string &out, const Point &point)
 
 std::string trace_csv(const std::vector<TraceRow> &rows)
 {
-    std::string out = "t_s,device_x_m,device_y_m,device_z_m,hand_x_m,hand_y_m,hand_z_m,"
+    std::string out = "t_s,device_x_m,device_y_m,device_z_m,hand_x_m,hand_y_m,hand_z_m,body_x_m,body_y_m,body_z_m,"
                       "collision_fx_n,collision_fy_n,collision_fz_n,collision_tx_nm,collision_ty_nm,collision_tz_nm,"
                       "output_fx_n,output_fy_n,output_fz_n,contacts,flags,energy_j\n";
     for (const TraceRow &row : rows) {
         put(out, row.t);
         put(out, row.device);
         put(out, row.hand);
+        put(out, row.body);
         put(out, row.collision_force);
         put(out, row.collision_torque);
         put(out, row.output_force);

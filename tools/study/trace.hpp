@@ -15,6 +15,7 @@ struct TraceRow {
     double t = 0;             ///< [s]
     Point device{};           ///< measured position of the device [m]
     Point hand{};             ///< where the hand wants to be [m]
+    Point body{};             ///< what feels the contact: the device, or what hangs on it [m]
     Point collision_force{};  ///< from the contact, before the coupling [N]
     Point collision_torque{}; ///< [N m], about the dynamic object's reference point
     Point output_force{};     ///< what the device renders [N]

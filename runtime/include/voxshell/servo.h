@@ -89,11 +89,13 @@ typedef struct vxs_servo_config {
     double decay_time; /* [s] > 0 from there to zero; default 0.01 */
 } vxs_servo_config;
 
-/* One row of a trace. Frame: the device's for pose and command, the scene's for collision and output. */
+/* One row of a trace. Frame: the device's for pose and command, the scene's for the others. */
 typedef struct vxs_servo_trace {
     uint64_t tick;        /* from 0 on */
     int64_t time_ns;      /* the device's */
     vxs_pose pose;        /* of the device */
+    vxs_pose body;        /* that contact was evaluated with: the device's tip, or what the coupling hangs on
+                             it; all 0 in a tick without contact's stage */
     vxs_wrench collision; /* of the contact */
     vxs_wrench output;    /* of the coupling, before what follows it */
     vxs_wrench command;   /* as commanded */

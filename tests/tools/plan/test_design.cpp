@@ -57,6 +57,16 @@ std::string refusal(const DesignInput &input, ExitCode code)
     return "accepted";
 }
 
+/// At a speed into a linear contact, the hand's target so far on as it says.
+Push push_of(const vxs_simulated_config &device, double speed, double on, double stiffness, double wall)
+{
+    Push push{{}, {}, 1e-4, speed, wall, wall / 2};
+    for (double way = -0.02; way < 0.1; way += speed * device.sample_time) push.hand.push_back(std::min(way, on));
+    while (static_cast<double>(push.hand.size()) * device.sample_time < 1.5) push.hand.push_back(on);
+    for (double depth = 0; depth < wall; depth += push.step) push.force.push_back(stiffness * depth);
+    return push;
+}
+
 } // namespace
 
 TEST_CASE("what is stable by design stays so")
@@ -229,7 +239,7 @@ TEST_CASE("a scene is refused where nothing is stable, unless the hand is assume
     scene.path = "cup.scene.json";
     scene.design = true;
     const vxs_simulated_config device = simulated_device(scene.device, scene.rate);
-    const auto wall = [] { return ContactStiffness{800, "stated"}; };
+    const SceneContact wall{[] { return ContactStiffness{800, "stated"}; }, {}};
     try {
         scene_coupling(scene, device, wall);
         FAIL("accepted");
@@ -251,15 +261,14 @@ TEST_CASE("a scene is refused where nothing is stable, unless the hand is assume
     scene.coupling = CouplingKind::pt2;
     scene.rate = 10; // slower than the paper's filter
     scene.assume = "hand";
-    const auto foam = [] { return ContactStiffness{5, "stated"}; };
+    const SceneContact foam{[] { return ContactStiffness{5, "stated"}; }, {}};
     CHECK(scene_coupling(scene, simulated_device(scene.device, scene.rate), foam).design->margins_held);
     scene.rate = 1000;
     // What the scene says itself needs no stiffness.
     scene.design = false;
     scene.coupling = CouplingKind::pt2;
-    CHECK(scene_coupling(scene, device, []() -> ContactStiffness {
-              throw std::runtime_error("asked");
-          }).text == "pt2 5 Hz");
+    const SceneContact silent{[]() -> ContactStiffness { throw std::runtime_error("asked"); }, {}};
+    CHECK(scene_coupling(scene, device, silent).text == "pt2 5 Hz");
     scene.by_impedance = scene.physical_gain = true;
     scene.spring_stiffness = 200;
     scene.viscosity = 4;
@@ -268,6 +277,79 @@ TEST_CASE("a scene is refused where nothing is stable, unless the hand is assume
     CHECK(physical.gain == doctest::Approx(1.0 / 200));
     CHECK(physical.omega0 == doctest::Approx(20));
     CHECK(physical.damping == doctest::Approx(0.2));
+}
+
+TEST_CASE("a push is stopped where statics and energy say")
+{
+    DesignInput input = input_of(3, {"hand"}, 1000);
+    vxs_simulated_config device = held_by(input.device, "hand");
+    device.profile.friction = 0;
+    vxs_coupling_config none = input.coupling;
+    none.kind = VXS_COUPLING_NONE;
+    // Slowly: the hand's spring against the contact.
+    const Push slow = push_of(device, 0.02, 0.008, 1000, 0.05);
+    const double balance = 0.008 * device.arm.stiffness / (device.arm.stiffness + 1000);
+    CHECK(stop_push(slow, device, none).device == doctest::Approx(balance).epsilon(0.25)); // it overshoots a little
+    CHECK(stop_push(slow, device, none).device > balance * 0.99);
+    CHECK(stop_push(slow, device, none).body == stop_push(slow, device, none).device);
+    // A body on a spring: contact holds it where spring and contact have the same force.
+    vxs_coupling_config spring = none;
+    spring.kind = VXS_COUPLING_QUASI_STATIC;
+    spring.stiffness = 400;
+    const Stopped held = stop_push(slow, device, spring);
+    CHECK(held.body == doctest::Approx(held.device * 400 / 1400).epsilon(0.01));
+    // Through a wall that is thinner than that: nothing stands behind it.
+    CHECK(stop_push(push_of(device, 0.02, 0.008, 10, 0.004), device, none).device > 0.0078);
+    // The peak force at once takes the hand's and the device's energy in peak less what the hand pushes, and a sample or two more.
+    const Push fast = push_of(device, 0.3, 0.1, 1000, 0.2);
+    const double best = stop_at_best(fast, device), mass = device.profile.mass + device.arm.mass;
+    CHECK(best > 0.5 * mass * 0.09 / (device.profile.peak_force + 5));
+    CHECK(best < stop_push(fast, device, none).device);
+}
+
+TEST_CASE("a design without a kind takes pt2 where that stops the push, else what cannot be pushed through")
+{
+    DesignInput input = input_of(3, {"hand"}, 1000);
+    input.any_kind = true;
+    const vxs_simulated_config device = held_by(input.device, "hand");
+    input.pushes = {push_of(device, 0.1, 0.008, 1000, 0.05), push_of(device, 0.05, 0.008, 1000, 0.05)};
+    const Design block = design_coupling(input);
+    CHECK(block.coupling.kind == VXS_COUPLING_PT2);
+    CHECK(block.margins_held);
+    REQUIRE(block.push);
+    CHECK(block.push->holds());
+    CHECK(block.push->speed == 0.1); // the one that comes deeper
+    CHECK(block.push->arm == "hand");
+    CHECK(block.chosen.starts_with("pt2, since it stops a push at 0.1 m/s into 50 mm after"));
+
+    input.pushes.push_back(push_of(device, 0.1, 0.008, 1000, 0.003));
+    const Design plate = design_coupling(input);
+    CHECK(plate.coupling.kind == VXS_COUPLING_QUASI_STATIC);
+    CHECK(plate.chosen.starts_with("quasi-static, since with pt2 a push at 0.1 m/s into 3 mm comes"));
+    CHECK_FALSE(plate.push->holds()); // contact is as soft as the spring
+    CHECK(says(plate, "stiffen the contact"));
+
+    input.pushes = {push_of(device, 0.1, 0.008, 1e5, 0.003)};
+    input.stiffness = 1e5;
+    const Design stiff = design_coupling(input);
+    CHECK(stiff.coupling.kind == VXS_COUPLING_QUASI_STATIC);
+    CHECK(stiff.chosen == "quasi-static, since no pt2 is stable with contact of 1e+05 N/m");
+    CHECK(stiff.push->holds());
+    CHECK_FALSE(stiff.refused);
+
+    input.stiffness = 1000;
+    input.pushes.clear();
+    CHECK(design_coupling(input).chosen == "quasi-static, since nothing is known of what pt2 would have to stop");
+
+    SceneFile scene;
+    scene.design = true;
+    scene.coupling = CouplingKind::designed;
+    scene.assume = "hand";
+    const SceneContact thick{[] { return ContactStiffness{1000, "stated"}; },
+                             [&] { return std::vector{push_of(device, 0.1, 0.008, 1000, 0.05)}; }};
+    CHECK(scene_coupling(scene, input.device, thick).config.kind == VXS_COUPLING_PT2);
+    const SceneContact thin{thick.stiffness, [&] { return std::vector{push_of(device, 0.1, 0.008, 1000, 0.003)}; }};
+    CHECK(scene_coupling(scene, input.device, thin).text.starts_with("quasi-static 800 N/m (auto)"));
 }
 
 TEST_CASE("refusals")

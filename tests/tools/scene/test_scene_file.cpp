@@ -158,6 +158,16 @@ TEST_CASE("couplings take their own keys only")
     CHECK(designed.design);
     CHECK(designed.assume == "hand");
     CHECK(read(coupled(R"({"kind": "quasi-static", "design": "auto"})")).assume.empty());
+    const SceneFile any = read(coupled(R"({"design": "auto", "assume": "pen", "prewarp": true, "radius": "1cm", "evaluations": 1})"));
+    CHECK(any.coupling == CouplingKind::designed);
+    CHECK(any.design);
+    CHECK(any.assume == "pen");
+    CHECK(any.prewarp);
+    CHECK(any.radius == 0.01);
+    CHECK(any.evaluations == 1);
+    CHECK(refusal(coupled(R"({"design": "auto", "stiffness": "1N/m"})")).starts_with("/coupling/stiffness: unknown key"));
+    CHECK(refusal(coupled(R"({"assume": "hand"})")) == "/coupling: lacks \"kind\"");
+    CHECK(refusal(coupled(R"({"kind": "designed", "design": "auto"})")).starts_with("/coupling/kind: \"designed\" is not none, pt2"));
     CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "frequency": "5Hz"})")).starts_with("/coupling/frequency: unknown key"));
     CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "assume": "foot"})")).starts_with("/coupling/assume: \"foot\" is not free, pen"));
     CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 1, "prewarp": 1})")) == "/coupling/prewarp: must be true or false");
