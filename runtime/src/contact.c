@@ -128,6 +128,27 @@ static int mean_normal(evaluation *e, double normal[3])
     return 1;
 }
 
+/* A static's part; for now per unit of stiffness and in the shell's frame. */
+static void keep_part(evaluation *e, uint32_t n, const double force[3], const double moment[3])
+{
+    if (!e->contact->parts) return;
+    memcpy(e->contact->parts[n].force, force, sizeof e->contact->parts[n].force);
+    memcpy(e->contact->parts[n].torque, moment, sizeof e->contact->parts[n].torque);
+}
+
+static void scale_parts(evaluation *e, const double turn[9], double factor)
+{
+    for (uint32_t n = 0; e->contact->parts && n < e->count; n++) {
+        vxs_wrench *part = &e->contact->parts[n];
+        for (int i = 0; i < 3; i++) {
+            part->force[i] *= factor;
+            part->torque[i] *= factor;
+        }
+        rotate(turn, part->force, part->force);
+        rotate(turn, part->torque, part->torque);
+    }
+}
+
 static void add_depth(evaluation *e, double depth)
 {
     if (depth > e->depth) e->depth = depth;
@@ -136,13 +157,21 @@ static void add_depth(evaluation *e, double depth)
 /* Forces along one normal: F = (sum w) n, torque = (sum w x - (sum w) o) x n. */
 static void add_common(evaluation *e, const double normal[3])
 {
-    double weight = 0, moment[3] = {0, 0, 0}, arm[3], torque[3];
+    double weight = 0, moment[3] = {0, 0, 0}, arm[3], torque[3], force[3];
     for (uint32_t n = 0; n < e->count; n++) {
         vxsi_total total;
         e->contact->kernel->sum_common(&e->contact->hits, &e->contact->statics[n].span, normal, &total);
         weight += total.weight;
         for (int i = 0; i < 3; i++) moment[i] += total.moment[i];
         add_depth(e, total.depth);
+        if (e->contact->parts) {
+            for (int i = 0; i < 3; i++) {
+                arm[i] = total.moment[i] - total.weight * e->config->reference[i];
+                force[i] = total.weight * normal[i];
+            }
+            cross(arm, normal, torque);
+            keep_part(e, n, force, torque);
+        }
     }
     for (int i = 0; i < 3; i++) arm[i] = moment[i] - weight * e->config->reference[i];
     cross(arm, normal, torque);
@@ -165,6 +194,7 @@ static void add_own(evaluation *e)
             e->moment[i] += total.moment[i];
         }
         add_depth(e, total.depth);
+        keep_part(e, n, total.force, total.moment);
     }
 }
 
@@ -210,6 +240,7 @@ static void give_wrench(evaluation *e, const double turn[9], const double *commo
         result->wrench.force[i] = e->force[i] * factor;
         result->wrench.torque[i] = e->moment[i] * factor;
     }
+    scale_parts(e, turn, factor);
     result->depth = e->depth;
     if (e->config->loads) {
         vxsi_hits *hits = &e->contact->hits;
@@ -292,6 +323,7 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
         return result->flags = VXS_CONTACT_INVALID;
     vxsi_hits *hits = &contact->hits;
     hits->count = hits->deep_count = hits->overflow = 0;
+    if (contact->parts) memset(contact->parts, 0, count * sizeof *contact->parts);
     hits->take = take_of(config);
     contact->probed = contact->wrong_skips = contact->run_count = contact->wanted_clusters = 0;
     int is_near = 0;

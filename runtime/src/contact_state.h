@@ -51,6 +51,7 @@ struct vxs_contact {
     uint32_t probed;                        /* points of this evaluation */
     uint32_t level;                         /* the coarsest of this evaluation */
     uint32_t wrong_skips;                   /* VXS_CONTACT_CHECKED */
+    vxs_wrench *parts; /* NULL, or for each static: its part of the wrench of the last evaluation */
     uint8_t order[256][8];
 };
 

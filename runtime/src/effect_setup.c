@@ -45,6 +45,8 @@ vxs_result vxs_effect_check(const vxs_effect *effect)
         double most = n < stage->constant_count ? stage->constants[n].most : 0;
         if (!(value >= least && value <= most)) return VXS_PARAM;
     }
+    if (!stage->has_keyframes && (effect->keyframes || effect->keyframe_count)) return VXS_PARAM;
+    if (effect->reserved) return VXS_PARAM;
     return stage->check ? stage->check(effect) : VXS_OK;
 }
 

@@ -47,7 +47,11 @@ static vxs_result check_effects(const vxs_servo_config *config)
     if (config->effect_count > VXSI_STAGE_MOST || (config->effect_count > 0 && !config->effects))
         return VXS_PARAM;
     for (uint32_t n = 0; n < config->effect_count; n++) {
-        vxs_result result = vxs_effect_check(&config->effects[n]);
+        const vxs_effect *effect = &config->effects[n];
+        vxs_result result = vxs_effect_check(effect);
+        if (result != VXS_OK) return result;
+        const vxsi_stage *stage = vxsi_stage_of(effect->kind);
+        if (stage->fits) result = stage->fits(effect, config);
         if (result != VXS_OK) return result;
         for (uint32_t m = 0; m < n; m++)
             if (config->effects[m].kind == config->effects[n].kind) return VXS_PARAM;
@@ -87,17 +91,22 @@ static size_t round_up(size_t size)
     return (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
 }
 
+static size_t effect_memory(const vxs_effect *effect, const vxs_servo_config *config)
+{
+    const vxsi_stage *stage = vxsi_stage_of(effect->kind);
+    return round_up(stage->size) + (stage->extra ? round_up(stage->extra(effect, config)) : 0);
+}
+
 size_t vxs_servo_memory(const vxs_servo_config *config)
 {
     if (!config || !config->shell || config->static_count > VXS_CONTACT_MAX_STATICS ||
         check_effects(config) != VXS_OK)
         return 0;
     size_t effects = 0;
-    for (uint32_t n = 0; n < config->effect_count; n++)
-        effects += round_up(vxsi_stage_of(config->effects[n].kind)->size);
+    for (uint32_t n = 0; n < config->effect_count; n++) effects += effect_memory(&config->effects[n], config);
     return round_up(sizeof(vxs_servo)) + effects + vxs_coupling_memory() +
            round_up(vxs_contact_memory(config->shell, config->static_count)) +
-           (config->contact.most_points ? vxs_contact_levels_memory(config->shell) : 0);
+           (config->contact.most_points ? round_up(vxs_contact_levels_memory(config->shell)) : 0);
 }
 
 static const vxs_effect *find_effect(const vxs_servo_config *config, uint32_t kind)
@@ -107,9 +116,8 @@ static const vxs_effect *find_effect(const vxs_servo_config *config, uint32_t ki
     return NULL;
 }
 
-/* The table's stages that the config calls for, in the table's order; effects' memory from bytes on. Returns
- * where it ends. */
-static uint8_t *list_steps(vxs_servo *servo, const vxs_servo_config *config, uint8_t *bytes)
+/* The table's stages that the config calls for, in the table's order; effects' memory from bytes on. */
+static void list_steps(vxs_servo *servo, const vxs_servo_config *config, uint8_t *bytes)
 {
     for (uint32_t n = 0; n < vxsi_servo_table_size; n++) {
         const vxsi_stage *stage = vxsi_servo_table[n];
@@ -118,9 +126,10 @@ static uint8_t *list_steps(vxs_servo *servo, const vxs_servo_config *config, uin
         void *self = servo;
         if (effect) {
             self = bytes;
-            bytes += round_up(stage->size);
-            memset(self, 0, stage->size);
+            memset(self, 0, effect_memory(effect, config));
+            bytes += effect_memory(effect, config);
             if (stage->set_up) stage->set_up(self, effect, &servo->config);
+            if (stage->attach) stage->attach(self, servo);
         }
         if (stage->loads) servo->config.contact.loads = stage->loads(self);
         if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self};
@@ -130,7 +139,6 @@ static uint8_t *list_steps(vxs_servo *servo, const vxs_servo_config *config, uin
         }
         servo->steps[servo->step_count++] = (vxsi_step){stage->run, self, stage->reset};
     }
-    return bytes;
 }
 
 /* The device's tip in the shell's frame: -R^T position of the grip. */
@@ -163,7 +171,7 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     servo->hold_ns = (int64_t)(servo->config.hold_time * 1e9 + 0.5);
     servo->decay_ns = (int64_t)(config->decay_time * 1e9 + 0.5);
 
-    bytes = list_steps(servo, config, bytes + round_up(sizeof *servo));
+    bytes += round_up(sizeof *servo);
     result = vxs_coupling_init(bytes, vxs_coupling_memory(), &config->coupling, &servo->coupling);
     bytes += vxs_coupling_memory();
     if (result == VXS_OK)
@@ -173,6 +181,8 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     if (result == VXS_OK && config->contact.most_points)
         result = vxs_contact_add_levels(servo->contact, bytes, vxs_contact_levels_memory(config->shell));
     if (result != VXS_OK) return result;
+    if (config->contact.most_points) bytes += round_up(vxs_contact_levels_memory(config->shell));
+    list_steps(servo, config, bytes);
     servo->has_body = servo->pose || servo->coupling->kind->has_body;
     *out = servo;
     return result;

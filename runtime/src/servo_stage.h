@@ -9,6 +9,18 @@
 
 #include "voxshell/servo.h"
 
+/* How a static moves: what of it is at `origin` with `velocity`, the rest turns about that. Scene's frame. */
+typedef struct vxsi_twist {
+    double origin[3], velocity[3], spin[3];
+} vxsi_twist;
+
+/* The statics while some move, as many as the servo has. */
+typedef struct vxsi_moving {
+    vxsi_twist *twists;
+    vxs_wrench *parts; /* of contact.wrench, by static */
+    uint32_t count;
+} vxsi_moving;
+
 /* What stages hand on, from the first to the last. */
 typedef struct vxsi_tick {
     const vxs_device_state *state; /* finite; device frame */
@@ -17,6 +29,7 @@ typedef struct vxsi_tick {
     vxs_pose body;                 /* where the tip of the object is: contact was evaluated there */
     uint32_t evaluation;           /* of contact in this tick, from 0 on */
     uint32_t has_body;          /* the object is a body with a mass of its own, not where the hand has it */
+    const vxsi_moving *moving;  /* NULL: nothing does */
     vxs_contact_result contact; /* from the stage contact on */
     vxs_wrench output;          /* from the stage coupling on; scene's frame */
     /* On the hand. Up to the stage coupling at the object and in the scene's frame, after it at the tip and
@@ -42,10 +55,13 @@ typedef struct vxsi_stage {
     const vxs_effect_constant *constants;
     uint32_t constant_count;
     vxs_result (*check)(const vxs_effect *effect);
-    /* set_up: config is the servo's, without effects. */
     /* What the rest of the servo must be for it; the effect itself is sound. Optional. */
     vxs_result (*fits)(const vxs_effect *effect, const vxs_servo_config *config);
+    uint32_t has_keyframes;
+    size_t (*extra)(const vxs_effect *effect, const vxs_servo_config *config); /* more bytes of self */
+    /* config is the servo's, without effects. */
     void (*set_up)(void *self, const vxs_effect *effect, const vxs_servo_config *config);
+    void (*attach)(void *self, vxs_servo *servo); /* after set_up, when all but effects is there */
     /* In the tick. reset: to rest with the device at the tip; optional. */
     void (*reset)(void *self, const vxs_pose *tip);
     void (*run)(void *self, vxsi_tick *tick); /* optional if there is add */

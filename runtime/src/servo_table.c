@@ -5,6 +5,7 @@
 #include "servo_stage.h"
 
 #define TABLE                                                                                                \
+    ROW(motion)                                                                                              \
     ROW(contact)                                                                                             \
     ROW(start_inside)                                                                                        \
     ROW(contact_damping)                                                                                     \

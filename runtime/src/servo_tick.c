@@ -111,6 +111,7 @@ uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_dev
 {
     vxsi_tick tick = {.state = state,
                       .elapsed = servo->config.coupling.sample_time,
+                      .moving = servo->moving,
                       .has_body = servo->has_body,
                       .last = &servo->command.wrench,
                       .share = 1,

@@ -86,6 +86,14 @@ static void check_constants(void)
             continue;
         }
         kinds++;
+        const vxs_effect_keyframe frame = {.pose = vxs_pose_identity()};
+        vxs_effect with = e, without = e;
+        with.keyframes = &frame;
+        with.keyframe_count = 1;
+        without.reserved = 1;
+        CHECK_INT(vxs_effect_check(&with), kind == VXS_EFFECT_MOTION ? VXS_OK : VXS_PARAM);
+        CHECK_INT(vxs_effect_check(&without), VXS_PARAM);
+        if (kind == VXS_EFFECT_MOTION) e = with;
         CHECK(count <= VXS_EFFECT_MAX_CONSTANTS);
         CHECK_INT(vxs_effect_check(&e), VXS_OK);
         for (uint32_t n = 0; n < VXS_EFFECT_MAX_CONSTANTS; n++) {

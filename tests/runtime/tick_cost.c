@@ -8,6 +8,8 @@
 int main(int count, char **names)
 {
     const built_floor floor_shape = {-1, 60, 20};
+    const vxs_effect_keyframe frames[2] = {{.pose = vxs_pose_identity()},
+                                           {.time = 10, .pose = vxs_pose_identity()}};
     servo_bench b;
     bench_prepare(&b);
     built_free(&b.map_bytes);
@@ -22,6 +24,10 @@ int main(int count, char **names)
             return 2;
         }
         vxs_effect *effect = bench_effect(&b, kind);
+        if (kind == VXS_EFFECT_MOTION) {
+            effect->keyframes = frames;
+            effect->keyframe_count = 2;
+        }
         if (kind == VXS_EFFECT_PASSIVITY) effect->as.passivity.radius = 0.03;
     }
     bench_open(&b);

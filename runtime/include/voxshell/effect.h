@@ -6,24 +6,23 @@
  * in it, an effect only if the config lists it. What is not listed costs nothing. The order is the
  * table's (src/servo_table.c), whatever the order of the config's list:
  *
- *     contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> coupling
+ *     motion -> contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> coupling
  *     -> passivity -> slew -> clamp -> soft-start
  *
  * What touching does goes through the coupling: contact's wrench, what contact-damping makes of it, and
- * friction. What acts on the object besides (gravity, viscosity) moves the coupling's body where it has one
- * (spring-damper), else it acts on the hand as it is: a filter that is there for contact would only delay it.
- * The object's velocity is measured from one tick's pose to the next, at the middle of the shell's bounding
- * sphere: 0 in the first tick after arming; with quasi-static, of the pose that contact was evaluated at
- * last.
+ * friction. What acts on the object besides (gravity, viscosity) moves its body where it has one
+ * (spring-damper), else it acts on the hand as it is: a filter that is there for contact would only delay
+ * it. The object's velocity is measured from one tick's pose to the next, at the middle of the shell's
+ * bounding sphere: 0 in the first tick after arming.
  *
  * Forces:
- *   CONTACT_DAMPING  Hunt and Crossley (1975): the wrench of contact F_e, times a factor,
+ *   CONTACT_DAMPING  Hunt and Crossley (1975): the wrench of contact F_e, M_e times a factor,
  *                     F = F_e (1 + c v_n),  the factor at least 0 and at most `most`.
- *                 v_n [m/s] is the speed of approach along the force: -(F_e . v + M_e . w) / N, M_e the
- * torque about the middle, N the larger of |F_e| and |M_e| / (the shell's radius). Contact that pushes one
- * way has N = |F_e|. Never pulls, takes (F / F_e - 1) v_n N [W] >= 0 from the motion, and begins and ends
- *                 with F_e. A mass that hits at v leaves at u with c v - ln(1 + c v) = -c u - ln(1 - c u),
- *                 whatever the mass and the law: a restitution u / v = 1 - 2/3 c v + O((c v)^2).
+ *                 v_n [m/s] is the speed of approach along the force: -(F_e . v + M_e . w) / N, M_e about
+ *                 the middle, N the larger of |F_e| and |M_e| / (the shell's radius). Contact that pushes
+ *                 one way has N = |F_e|. It never pulls, never gives energy, and begins and ends with F_e.
+ *                 A mass that hits at v leaves at u with c v - ln(1 + c v) = -c u - ln(1 - c u), whatever
+ *                 the mass and the law of F_e: a restitution of u / v = 1 - 2/3 c v + O((c v)^2).
  *   FRICTION      Coulomb's, with presliding. Each load of the contact (contact.h: by static and direction,
  *                 with normal force N_i, centre, normal and radius r_i) has an anchor, and s_i, how far the
  *                 object has moved from it along the tangent plane, and by the twist about the normal
@@ -41,8 +40,17 @@
  *                 b_t count in the loop like contact's stiffness and a damping.
  *   GRAVITY       the object's weight: mass times acceleration, at the centre of mass. Conservative.
  *   VISCOSITY     Stokes' drag of a medium: force -damping v at the middle, torque -turning w. A command is
- * held over the sample T, so it damps a felt mass m without a delay only below 2 m / T, with d samples of
- * delay below about m / (T (d + 1/2)): bounds of the device, not of this effect.
+ *                 held over the sample T, so it damps a felt mass m only below 2 m / T without a delay, and
+ *                 below about m / (T (d + 1/2)) with one of d samples: a bound of the device.
+ *
+ * Scene:
+ *   MOTION        statics follow keyframes from the first tick on that gives force. Before it they rest at
+ *                 their first one, and after the last one there, or with `loop` they begin again. Between
+ *                 two keyframes the position is on the straight line, in proportion to time, and the
+ *                 orientation is the normalised sum of both quaternions weighted by time, the short way
+ *                 round: on the arc between them, within 0.12 degrees of an even pace for two that are 45
+ *                 degrees apart, 0.95 for 90. Time counts ticks: a late one makes no jump. A velocity that
+ *                 contact-damping looks at is then relative to what is touched.
  *
  * Guards:
  *   START_INSIDE  armed inside or touching the scene: zero force and VXS_SERVO_START_IN_CONTACT until
@@ -63,14 +71,15 @@
  *                 sample, where the hand turned round; that is observed too. What was taken may be given
  *                 back until nothing touches and the wrench is below 1 uN; then it is forgotten (a
  *                 deficit is not).
- *   SLEW          the wrench changes no faster than a rate, force and torque each along a straight line.
+ *   SLEW          the limit of snaps: the wrench changes no faster than a rate, force and torque each along
+ *                 a straight line.
  *   SOFT_START    the wrench is multiplied by a gain that grows from 0 to 1 over `time` from arming on.
  *                 After missed ticks it goes on from the share that the device still rendered.
  */
 #ifndef VOXSHELL_EFFECT_H
 #define VOXSHELL_EFFECT_H
 
-#include "voxshell/result.h"
+#include "voxshell/pose.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -85,10 +94,19 @@ enum {
     VXS_EFFECT_CONTACT_DAMPING = 6,
     VXS_EFFECT_VISCOSITY = 7,
     VXS_EFFECT_GRAVITY = 8,
-    VXS_EFFECT_INERTIA = 9
+    VXS_EFFECT_INERTIA = 9,
+    VXS_EFFECT_MOTION = 13
 };
 
-enum { VXS_EFFECT_MAX_DELAY = 64, VXS_EFFECT_MAX_CONSTANTS = 24 };
+enum { VXS_EFFECT_MAX_DELAY = 64, VXS_EFFECT_MAX_CONSTANTS = 24, VXS_EFFECT_MAX_KEYFRAMES = 1 << 20 };
+
+/* Where a static is at a time. */
+typedef struct vxs_effect_keyframe {
+    double time;   /* [s] >= 0 */
+    vxs_pose pose; /* map frame -> scene frame, in place of the static's own */
+    uint32_t static_index;
+    uint32_t reserved; /* 0 */
+} vxs_effect_keyframe;
 
 /* Config of one effect: filled by vxs_effect_default(). Its constants have names for C, and are one array in
  * the order of vxs_effect_constants() for files and tables. */
@@ -140,7 +158,16 @@ typedef struct vxs_effect {
             double damping;    /* its zeta [1] >= 0; default 1 */
             double radius;     /* about an axis stiffness x radius^2 [m] > 0; default 0.02 */
         } inertia;
+        struct {
+            double loop; /* 1: each static begins again at its last keyframe's time; 0 (default): it rests */
+        } motion;
     } as;
+    /* MOTION: 1 .. VXS_EFFECT_MAX_KEYFRAMES of all statics that move, in order of the static and then of
+     * time, no two of a static at one time; borrowed until the servo's last tick. NULL and 0 for other kinds.
+     */
+    const vxs_effect_keyframe *keyframes;
+    uint32_t keyframe_count;
+    uint32_t reserved; /* 0 */
 } vxs_effect;
 
 /* One constant of a kind. */
@@ -159,7 +186,7 @@ VXS_API const vxs_effect_constant *vxs_effect_constants(uint32_t kind, uint32_t 
 VXS_API vxs_result vxs_effect_default(uint32_t kind, vxs_effect *effect);
 
 /* VXS_OK; VXS_CONFIG; VXS_PARAM (no such kind, a number out of its range, one that the kind does not have not
- * 0). Thread: any, set-up. */
+ * 0, keyframes). Thread: any, set-up. */
 VXS_API vxs_result vxs_effect_check(const vxs_effect *effect);
 
 /* Name of a kind ("start-inside", "contact-damping"), NULL for none such; and back, 0 for none such.

@@ -29,6 +29,19 @@ static void reset(void *self, const vxs_pose *tip)
     vxsi_motion_reset(&((contact_damping *)self)->motion);
 }
 
+/* What contact does to the statics that move is no approach. */
+static double power_of_statics(const vxsi_tick *tick)
+{
+    double power = 0;
+    for (uint32_t n = 0; n < tick->moving->count; n++) {
+        double velocity[3];
+        vxsi_twist_at(&tick->moving->twists[n], tick->body.position, velocity);
+        power += vxsi_dot(tick->moving->parts[n].force, velocity) +
+                 vxsi_dot(tick->moving->parts[n].torque, tick->moving->twists[n].spin);
+    }
+    return power;
+}
+
 static void add(void *self, vxsi_tick *tick)
 {
     contact_damping *c = self;
@@ -42,6 +55,7 @@ static void add(void *self, vxsi_tick *tick)
     double size = fmax(sqrt(vxsi_dot(w->force, w->force)), sqrt(vxsi_dot(torque, torque)) / c->radius);
     if (!(size > 0)) return;
     double power = vxsi_dot(w->force, c->motion.velocity) + vxsi_dot(torque, c->motion.spin);
+    if (tick->moving) power -= power_of_statics(tick);
     double factor = fmin(fmax(1 - c->factor * (power / size), 0), c->most);
     for (int i = 0; i < 3; i++) {
         w->force[i] *= factor;

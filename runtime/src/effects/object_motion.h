@@ -31,6 +31,15 @@ static inline void vxsi_cross(const double a[3], const double b[3], double out[3
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+/* The velocity of a static where its matter is at a point. */
+static inline void vxsi_twist_at(const vxsi_twist *twist, const double point[3], double velocity[3])
+{
+    const double arm[3] = {point[0] - twist->origin[0], point[1] - twist->origin[1],
+                           point[2] - twist->origin[2]};
+    vxsi_cross(twist->spin, arm, velocity);
+    for (int i = 0; i < 3; i++) velocity[i] += twist->velocity[i];
+}
+
 static inline void vxsi_motion_set_up(vxsi_object_motion *m, const vxs_servo_config *config)
 {
     vxs_pose center = vxs_pose_identity();
