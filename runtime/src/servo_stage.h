@@ -35,7 +35,7 @@ typedef struct vxsi_tick {
     /* On the hand. Up to the stage coupling at the object and in the scene's frame, after it at the tip and
      * in the device's. */
     vxs_wrench wrench;
-    vxs_wrench field; /* as wrench up to the stage coupling, but passes it by: vxsi_add_field() */
+    vxs_wrench field; /* as wrench up to the stage coupling, but passes it by: vxsi_add_to_hand() */
     uint32_t has_field;
     const vxs_wrench *last; /* commanded by the tick before */
     double share; /* of it that the device still rendered when this tick came: 1 unless it was late */
@@ -91,12 +91,21 @@ static inline void vxsi_add(vxs_wrench *to, const vxs_wrench *more)
     }
 }
 
+/* On the hand, whatever the coupling. */
+static inline void vxsi_add_to_hand(vxsi_tick *tick, const vxs_wrench *more)
+{
+    vxsi_add(&tick->field, more);
+    tick->has_field = 1;
+}
+
 /* What acts on the object besides contact: on its body, or as it is on the hand. A filter that is there for
  * contact would only delay it, and drag that comes late does not damp. */
 static inline void vxsi_add_field(vxsi_tick *tick, const vxs_wrench *more)
 {
-    vxsi_add(tick->has_body ? &tick->wrench : &tick->field, more);
-    tick->has_field = !tick->has_body;
+    if (tick->has_body)
+        vxsi_add(&tick->wrench, more);
+    else
+        vxsi_add_to_hand(tick, more);
 }
 
 #endif

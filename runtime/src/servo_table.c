@@ -12,6 +12,7 @@
     ROW(friction)                                                                                            \
     ROW(gravity)                                                                                             \
     ROW(viscosity)                                                                                           \
+    ROW(workspace)                                                                                           \
     ROW(coupling)                                                                                            \
     ROW(passivity)                                                                                           \
     ROW(slew)                                                                                                \

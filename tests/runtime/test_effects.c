@@ -77,6 +77,7 @@ static void check_constants(void)
     CHECK(&e.as.soft_start.time == &e.as.constants[0]);
     CHECK(&e.as.contact_damping.most == &e.as.constants[1] && &e.as.viscosity.turning == &e.as.constants[1]);
     CHECK(&e.as.gravity.com[0] == &e.as.constants[1] && &e.as.gravity.acceleration[2] == &e.as.constants[6]);
+    CHECK(&e.as.workspace.high[2] == &e.as.constants[5] && &e.as.workspace.damping == &e.as.constants[7]);
     int kinds = 0;
     for (uint32_t kind = 0; kind < 100; kind++) {
         uint32_t count = 99;

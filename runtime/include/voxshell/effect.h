@@ -6,8 +6,8 @@
  * in it, an effect only if the config lists it. What is not listed costs nothing. The order is the
  * table's (src/servo_table.c), whatever the order of the config's list:
  *
- *     motion -> contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> coupling
- *     -> passivity -> slew -> clamp -> soft-start
+ *     motion -> contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> workspace
+ *     -> coupling -> passivity -> slew -> clamp -> soft-start
  *
  * What touching does goes through the coupling: contact's wrench, what contact-damping makes of it, and
  * friction. What acts on the object besides (gravity, viscosity) moves its body where it has one
@@ -42,6 +42,9 @@
  *   VISCOSITY     Stokes' drag of a medium: force -damping v at the middle, torque -turning w. A command is
  *                 held over the sample T, so it damps a felt mass m only below 2 m / T without a delay, and
  *                 below about m / (T (d + 1/2)) with one of d samples: a bound of the device.
+ *   WORKSPACE     walls around the tip: a side of a box, fixed in the scene, that the tip is beyond by d
+ *                 pushes it back with max(0, stiffness d + damping v min(1, d / 1 mm)), v its speed outwards.
+ *                 On the hand, whatever the coupling; its stiffness is in the device's loop as contact's is.
  *
  * Scene:
  *   MOTION        statics follow keyframes from the first tick on that gives force. Before it they rest at
@@ -95,6 +98,7 @@ enum {
     VXS_EFFECT_VISCOSITY = 7,
     VXS_EFFECT_GRAVITY = 8,
     VXS_EFFECT_INERTIA = 9,
+    VXS_EFFECT_WORKSPACE = 11,
     VXS_EFFECT_MOTION = 13
 };
 
@@ -158,6 +162,11 @@ typedef struct vxs_effect {
             double damping;    /* its zeta [1] >= 0; default 1 */
             double radius;     /* about an axis stiffness x radius^2 [m] > 0; default 0.02 */
         } inertia;
+        struct {
+            double low[3], high[3]; /* the box, low < high [m]; default -0.1, 0.1 */
+            double stiffness;       /* [N/m] >= 0; default 500 */
+            double damping;         /* [N s/m] >= 0; default 2 */
+        } workspace;
         struct {
             double loop; /* 1: each static begins again at its last keyframe's time; 0 (default): it rests */
         } motion;
