@@ -103,6 +103,7 @@ static int approach(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
     else
         s->root = NULL;
     s->run_last = contact->run_count;
+    s->is_near = is_near;
     span->has_area = (contact->hits.take & VXSI_TAKE_AREA) != 0;
     span->voxel = map->voxel;
     memcpy(span->rotation, place->rotation, sizeof span->rotation);

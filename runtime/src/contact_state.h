@@ -32,6 +32,7 @@ typedef struct vxsi_static {
     double *due;       /* per cluster: free of contact until travel exceeds this */
     double *group_due; /* per group: the least of its clusters' */
     vxsi_motion motion;
+    int is_near;                  /* the shell's bounding sphere meets the map's box */
     uint32_t run_first, run_last; /* what to look at in this evaluation */
     vxsi_span span;               /* and what was found */
 } vxsi_static;
@@ -103,5 +104,13 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
  * that no more are looked at. Returns 0 if the coarsest level is not coarse enough. */
 int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
                       uint32_t most_points);
+
+/* After an evaluation, with the shell where that had it: calls visit for each point at x (shell's frame)
+ * whose signed distance from static `number` is within +-reach, with the gradient of that (shell's frame; 1,
+ * but less where it is not sure). In point order; which these are does not depend on culling. The map has a
+ * signed distance of a band of reach at least. */
+typedef void vxsi_near(void *self, const double x[3], double distance, const double gradient[3]);
+void vxsi_contact_near(const vxs_contact *contact, uint32_t number, const vxs_voxmap *map, double reach,
+                       vxsi_near *visit, void *self);
 
 #endif

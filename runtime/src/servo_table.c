@@ -12,6 +12,7 @@
     ROW(friction)                                                                                            \
     ROW(gravity)                                                                                             \
     ROW(viscosity)                                                                                           \
+    ROW(proximity)                                                                                           \
     ROW(workspace)                                                                                           \
     ROW(coupling)                                                                                            \
     ROW(passivity)                                                                                           \

@@ -29,6 +29,7 @@ int main(int count, char **names)
             effect->keyframe_count = 2;
         }
         if (kind == VXS_EFFECT_WORKSPACE) effect->as.workspace.high[1] = 0.009; /* beyond it half the time */
+        if (kind == VXS_EFFECT_PROXIMITY) effect->as.proximity.reach = 0.002;
         if (kind == VXS_EFFECT_PASSIVITY) effect->as.passivity.radius = 0.03;
     }
     bench_open(&b);

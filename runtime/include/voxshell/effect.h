@@ -6,11 +6,11 @@
  * in it, an effect only if the config lists it. What is not listed costs nothing. The order is the
  * table's (src/servo_table.c), whatever the order of the config's list:
  *
- *     motion -> contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> workspace
- *     -> coupling -> passivity -> slew -> clamp -> soft-start
+ *     motion -> contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> proximity
+ *     -> workspace -> coupling -> passivity -> slew -> clamp -> soft-start
  *
  * What touching does goes through the coupling: contact's wrench, what contact-damping makes of it, and
- * friction. What acts on the object besides (gravity, viscosity) moves its body where it has one
+ * friction. What acts on the object besides (gravity, viscosity, proximity) moves its body where it has one
  * (spring-damper), else it acts on the hand as it is: a filter that is there for contact would only delay
  * it. The object's velocity is measured from one tick's pose to the next, at the middle of the shell's
  * bounding sphere: 0 in the first tick after arming.
@@ -42,6 +42,15 @@
  *   VISCOSITY     Stokes' drag of a medium: force -damping v at the middle, torque -turning w. A command is
  *                 held over the sample T, so it damps a felt mass m only below 2 m / T without a delay, and
  *                 below about m / (T (d + 1/2)) with one of d samples: a bound of the device.
+ *   PROXIMITY     a brake before contact. Each point of the shell whose signed distance D from a static, by
+ *                 the map's channel, is within +-reach has a weight w = (1 - |D| / reach)^2 and slows what of
+ *                 its velocity leads down the gradient g of D:
+ *                     F = damping (max w) (sum w max(0, -g . v) g) / (sum w),  torque accordingly.
+ *                 So an object that comes near at v, not turning, feels damping (1 - gap / reach)^2 v. It
+ *                 brakes approach only, never pulls, and nothing jumps where another point comes to be the
+ *                 nearest. It is there in contact, too, and fades where all points are deep. Bounds as of
+ *                 viscosity. Needs a signed distance channel with a band of reach at least (VXS_CHANNEL).
+ *                 Some 100 instructions a point in the clusters within reach: most_points does not count it.
  *   WORKSPACE     walls around the tip: a side of a box, fixed in the scene, that the tip is beyond by d
  *                 pushes it back with max(0, stiffness d + damping v min(1, d / 1 mm)), v its speed outwards.
  *                 On the hand, whatever the coupling; its stiffness is in the device's loop as contact's is.
@@ -98,6 +107,7 @@ enum {
     VXS_EFFECT_VISCOSITY = 7,
     VXS_EFFECT_GRAVITY = 8,
     VXS_EFFECT_INERTIA = 9,
+    VXS_EFFECT_PROXIMITY = 10,
     VXS_EFFECT_WORKSPACE = 11,
     VXS_EFFECT_MOTION = 13
 };
@@ -162,6 +172,10 @@ typedef struct vxs_effect {
             double damping;    /* its zeta [1] >= 0; default 1 */
             double radius;     /* about an axis stiffness x radius^2 [m] > 0; default 0.02 */
         } inertia;
+        struct {
+            double damping; /* at contact [N s/m] >= 0; default 5 */
+            double reach;   /* [m] > 0; default 0.003 */
+        } proximity;
         struct {
             double low[3], high[3]; /* the box, low < high [m]; default -0.1, 0.1 */
             double stiffness;       /* [N/m] >= 0; default 500 */

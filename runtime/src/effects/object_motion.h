@@ -8,8 +8,6 @@
 
 #include "../servo_stage.h"
 
-#include <string.h>
-
 /* Of the middle of the shell's bounding sphere. */
 typedef struct vxsi_object_motion {
     double center[3];                       /* from the object's tip, in its frame */
@@ -32,55 +30,15 @@ static inline void vxsi_cross(const double a[3], const double b[3], double out[3
 }
 
 /* The velocity of a static where its matter is at a point. */
-static inline void vxsi_twist_at(const vxsi_twist *twist, const double point[3], double velocity[3])
-{
-    const double arm[3] = {point[0] - twist->origin[0], point[1] - twist->origin[1],
-                           point[2] - twist->origin[2]};
-    vxsi_cross(twist->spin, arm, velocity);
-    for (int i = 0; i < 3; i++) velocity[i] += twist->velocity[i];
-}
+void vxsi_twist_at(const vxsi_twist *twist, const double point[3], double velocity[3]);
 
-static inline void vxsi_motion_set_up(vxsi_object_motion *m, const vxs_servo_config *config)
-{
-    vxs_pose center = vxs_pose_identity();
-    memcpy(center.position, config->shell->center, sizeof center.position);
-    vxs_pose_compose(&config->grip, &center, &center);
-    memcpy(m->center, center.position, sizeof m->center);
-}
-
-static inline void vxsi_motion_reset(vxsi_object_motion *m)
-{
-    memset(m->next_orientation, 0, sizeof m->next_orientation);
-}
+void vxsi_motion_set_up(vxsi_object_motion *m, const vxs_servo_config *config);
+void vxsi_motion_reset(vxsi_object_motion *m);
 
 /* The object has come to tick->body, an orientation of length 1; once an evaluation. */
-static inline void vxsi_motion_follow(vxsi_object_motion *m, const vxsi_tick *tick)
-{
-    const double *q = m->orientation;
-    double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    if (tick->evaluation == 0) {
-        memcpy(m->at, m->next_at, sizeof m->at);
-        memcpy(m->orientation, m->next_orientation, sizeof m->orientation);
-    }
-    const int is_known = q[0] != 0 || q[1] != 0 || q[2] != 0 || q[3] != 0;
-    vxs_pose_rotation(&tick->body, r);
-    memset(m->spin, 0, sizeof m->spin);
-    if (is_known) vxs_pose_turn(q, tick->body.orientation, m->spin);
-    for (int i = 0; i < 3; i++) {
-        m->arm[i] = vxsi_dot(r + 3 * i, m->center);
-        m->next_at[i] = tick->body.position[i] + m->arm[i];
-        m->velocity[i] = is_known ? (m->next_at[i] - m->at[i]) / tick->elapsed : 0;
-        m->spin[i] /= tick->elapsed;
-    }
-    memcpy(m->next_orientation, tick->body.orientation, sizeof m->next_orientation);
-}
+void vxsi_motion_follow(vxsi_object_motion *m, const vxsi_tick *tick);
 
 /* A force that acts at the middle, and a torque, as a wrench about the tip. */
-static inline void vxsi_at_middle(const vxsi_object_motion *m, vxs_wrench *wrench)
-{
-    double torque[3];
-    vxsi_cross(m->arm, wrench->force, torque);
-    for (int i = 0; i < 3; i++) wrench->torque[i] += torque[i];
-}
+void vxsi_at_middle(const vxsi_object_motion *m, vxs_wrench *wrench);
 
 #endif
