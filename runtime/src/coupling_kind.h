@@ -52,6 +52,9 @@ struct vxs_coupling {
 /* The table, ending in NULL. */
 extern const vxsi_coupling_kind *const vxsi_coupling_kinds[];
 
+/* The row of a kind, NULL for none such. */
+const vxsi_coupling_kind *vxsi_coupling_kind_of(uint32_t kind);
+
 static inline int vxsi_is_positive(double value)
 {
     return isfinite(value) && value > 0;

@@ -8,7 +8,7 @@ enum { ALIGNMENT = 16 };
 
 static const double pi = 3.14159265358979323846;
 
-static const vxsi_coupling_kind *find_kind(uint32_t kind)
+const vxsi_coupling_kind *vxsi_coupling_kind_of(uint32_t kind)
 {
     for (int n = 0; vxsi_coupling_kinds[n]; n++) {
         if (vxsi_coupling_kinds[n]->kind == kind) return vxsi_coupling_kinds[n];
@@ -28,7 +28,7 @@ static vxs_coupling_config without_prewarp(const vxs_coupling_config *config)
 
 const char *vxs_coupling_kind_name(uint32_t kind)
 {
-    const vxsi_coupling_kind *found = find_kind(kind);
+    const vxsi_coupling_kind *found = vxsi_coupling_kind_of(kind);
     return found ? found->name : NULL;
 }
 
@@ -72,7 +72,7 @@ vxs_result vxs_coupling_config_check(const vxs_coupling_config *config)
 {
     if (!config) return VXS_PARAM;
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
-    const vxsi_coupling_kind *kind = find_kind(config->kind);
+    const vxsi_coupling_kind *kind = vxsi_coupling_kind_of(config->kind);
     if (!kind) return VXS_PARAM;
     if (!(config->sample_time >= VXS_COUPLING_MIN_SAMPLE_TIME &&
           config->sample_time <= VXS_COUPLING_MAX_SAMPLE_TIME))
@@ -108,7 +108,7 @@ vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupling_confi
     if (result != VXS_OK) return result;
     if (!memory || !out) return VXS_PARAM;
     if ((uintptr_t)memory % ALIGNMENT != 0 || size < vxs_coupling_memory()) return VXS_BUFFER;
-    const vxsi_coupling_kind *kind = find_kind(config->kind);
+    const vxsi_coupling_kind *kind = vxsi_coupling_kind_of(config->kind);
     vxs_coupling *coupling = memory;
     memset(coupling, 0, sizeof *coupling);
     coupling->kind = kind;

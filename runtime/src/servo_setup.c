@@ -59,6 +59,25 @@ static vxs_result check_effects(const vxs_servo_config *config)
     return VXS_OK;
 }
 
+/* One body at most, and one that nothing shakes. */
+static vxs_result check_body(const vxs_servo_config *config)
+{
+    double compliance = 0, square = config->coupling.sample_time * config->coupling.sample_time;
+    for (uint32_t n = 0; n < config->effect_count; n++) {
+        const vxsi_stage *stage = vxsi_stage_of(config->effects[n].kind);
+        if (!stage->pose) continue;
+        if (vxsi_coupling_kind_of(config->coupling.kind)->pose) return VXS_TWO_BODIES;
+        compliance = stage->compliance(&config->effects[n], config);
+    }
+    for (uint32_t n = 0; n < config->effect_count; n++) {
+        const vxsi_stage *stage = vxsi_stage_of(config->effects[n].kind);
+        if (stage->stiffness &&
+            stage->stiffness(&config->effects[n], config) * compliance * square > VXSI_EFFECT_SHARE)
+            return VXS_TOO_STIFF;
+    }
+    return VXS_OK;
+}
+
 vxs_result vxs_servo_config_check(const vxs_servo_config *config)
 {
     if (!config) return VXS_PARAM;
@@ -83,7 +102,8 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
     for (uint32_t n = 0; n < config->static_count && result == VXS_OK; n++) {
         if (!vxs_contact_has_field(config->statics[n].map, config->contact.field)) result = VXS_CHANNEL;
     }
-    return result == VXS_OK ? vxs_coupling_config_check(&config->coupling) : result;
+    if (result == VXS_OK) result = vxs_coupling_config_check(&config->coupling);
+    return result == VXS_OK ? check_body(config) : result;
 }
 
 static size_t round_up(size_t size)
@@ -131,7 +151,6 @@ static void list_steps(vxs_servo *servo, const vxs_servo_config *config, uint8_t
             if (stage->set_up) stage->set_up(self, effect, &servo->config);
             if (stage->attach) stage->attach(self, servo);
         }
-        if (stage->loads) servo->config.contact.loads = stage->loads(self);
         if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self};
         if (stage->pose) {
             servo->pose = stage->pose;

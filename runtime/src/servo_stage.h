@@ -59,6 +59,11 @@ typedef struct vxsi_stage {
     vxs_result (*fits)(const vxs_effect *effect, const vxs_servo_config *config);
     uint32_t has_keyframes;
     size_t (*extra)(const vxs_effect *effect, const vxs_servo_config *config); /* more bytes of self */
+    /* Of a stage with a pose of its own: how much a stiffness at its tip moves it at most [1/kg], in the
+     * measure of contact.h's most_stiffness. Of others: what they have of such a stiffness, damping / T
+     * counted in. The servo refuses more than a body can be stepped with. Optional. */
+    double (*compliance)(const vxs_effect *effect, const vxs_servo_config *config);
+    double (*stiffness)(const vxs_effect *effect, const vxs_servo_config *config);
     /* config is the servo's, without effects. */
     void (*set_up)(void *self, const vxs_effect *effect, const vxs_servo_config *config);
     void (*attach)(void *self, vxs_servo *servo); /* after set_up, when all but effects is there */
@@ -69,8 +74,6 @@ typedef struct vxsi_stage {
      * on the object at `body`. Each goes on from where the last tick ended, not from the evaluation before
      * it. Optional. */
     void (*add)(void *self, vxsi_tick *tick);
-    /* Where contact shall say who presses how. Optional; one stage at most. */
-    vxs_contact_loads *(*loads)(void *self);
     /* In place of the coupling's: where the object is. Optional; one stage at most. */
     void (*pose)(const void *self, const vxs_pose *tip, vxs_pose *body);
 } vxsi_stage;
@@ -78,6 +81,12 @@ typedef struct vxsi_stage {
 /* In order of execution. */
 extern const vxsi_stage *const vxsi_servo_table[];
 extern const uint32_t vxsi_servo_table_size;
+
+/* A body's stability: stiffness x compliance x T^2 is at most this, of contact (which contact-damping may
+ * make stiffer) and of each effect. Kick and drift end at 4 of all together. */
+#define VXSI_CONTACT_SHARE 0.25
+#define VXSI_EFFECT_SHARE 1.0
+
 enum { VXSI_STAGE_MOST = 32 };
 
 /* The row of an effect, NULL for none such. */

@@ -14,6 +14,7 @@
     ROW(viscosity)                                                                                           \
     ROW(proximity)                                                                                           \
     ROW(workspace)                                                                                           \
+    ROW(inertia)                                                                                             \
     ROW(coupling)                                                                                            \
     ROW(passivity)                                                                                           \
     ROW(slew)                                                                                                \

@@ -5,7 +5,7 @@
  * come, go and change. Argument: how many steps of the walks.
  */
 #include "check.h"
-#include "servo_stage.h"
+#include "servo_state.h"
 
 static const double sample_time = 0.001;
 static _Alignas(16) uint8_t memory[1 << 17];
@@ -38,7 +38,9 @@ static void open_stage(lone_stage *l, double sticking, double sliding, double st
     l->stage = vxsi_stage_of(VXS_EFFECT_FRICTION);
     CHECK(l->stage && l->stage->size <= sizeof memory);
     l->stage->set_up(memory, &effect, &config);
-    l->loads = l->stage->loads(memory);
+    static vxs_servo servo;
+    l->stage->attach(memory, &servo);
+    l->loads = servo.config.contact.loads;
     l->tick.body = vxs_pose_identity();
     l->tick.elapsed = sample_time;
     l->stage->reset(memory, &l->tick.body);

@@ -16,6 +16,7 @@ int main(void)
     CHECK_INT(VXS_CORRUPT, -27);
     CHECK_INT(VXS_LOST, -45);
     CHECK_INT(VXS_FREQUENCY, -60);
+    CHECK_INT(VXS_TWO_BODIES, -72);
     CHECK_INT(VXS_NO_THREAD, -80);
     CHECK_TEXT(vxs_result_name(VXS_OK), "VXS_OK");
     CHECK_TEXT(vxs_result_name(VXS_CHECKSUM), "VXS_CHECKSUM");

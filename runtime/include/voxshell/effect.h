@@ -7,7 +7,7 @@
  * table's (src/servo_table.c), whatever the order of the config's list:
  *
  *     motion -> contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> proximity
- *     -> workspace -> coupling -> passivity -> slew -> clamp -> soft-start
+ *     -> workspace -> inertia -> coupling -> passivity -> slew -> clamp -> soft-start
  *
  * What touching does goes through the coupling: contact's wrench, what contact-damping makes of it, and
  * friction. What acts on the object besides (gravity, viscosity, proximity) moves its body where it has one
@@ -38,6 +38,18 @@
  *                 of plasticity, a mean's square is no more than the mean of squares, turning keeps
  *                 lengths. A command that a device holds over a sample gives what any spring does: k_t and
  *                 b_t count in the loop like contact's stiffness and a damping.
+ *   INERTIA       the object is a rigid body (mass, centre of mass, inertia) that what touches it, weight and
+ *                 drag move, and that hangs on the device by a spring and a damper at its tip, turning
+ *                 by stiffness x radius^2; the device feels that spring, through a coupling `none` or
+ *                 `pt2` (another one has a body itself: VXS_TWO_BODIES). stiffness 0: it is free. Each
+ *                 tick kicks it, then lets it drift; the spring is implicit, which is stable however
+ *                 stiff. A free body keeps energy and momentum to rounding, about every axis (Simo and
+ *                 Wong 1991), for turns up to 1 rad a tick, at which it is held. The way has an error of
+ *                 the order T^2. What pushes it from outside is explicit: with C = the largest eigenvalue
+ *                 of the inverse mass at the tip [1/kg] (1/m of a ball that is gripped in its middle),
+ *                 contact is bounded by most_stiffness = 1 / (4 C T^2) where the config does not say less,
+ *                 and friction is refused (VXS_TOO_STIFF) beyond (k_t + b_t / T) (1 + a^2) C T^2 = 1, a the
+ *                 reach of the shell from the tip over its radius: 1 where the tip is in its middle.
  *   GRAVITY       the object's weight: mass times acceleration, at the centre of mass. Conservative.
  *   VISCOSITY     Stokes' drag of a medium: force -damping v at the middle, torque -turning w. A command is
  *                 held over the sample T, so it damps a felt mass m only below 2 m / T without a delay, and

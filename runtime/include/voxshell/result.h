@@ -52,6 +52,9 @@ extern "C" {
     X(LAW_FIELD, -70,                                                                                        \
       "contact: the law gradient takes its direction from the field distance, and from no other")            \
     X(CHANNEL, -71, "contact: a map has not got the channel that the field needs")                           \
+    X(TWO_BODIES, -72, "servo: inertia makes the object a body, and so does the coupling: take none or pt2") \
+    X(TOO_STIFF, -73,                                                                                        \
+      "servo: an effect is stiffer, or damps more, than the object's inertia bears at this sample time")     \
     X(NO_THREAD, -80, "the servo thread could not be started")
 
 typedef enum vxs_result {

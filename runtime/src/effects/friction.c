@@ -5,7 +5,7 @@
  * plasticity (Simo and Hughes, "Computational Inelasticity", 1998, section 1.4), with the twist about the
  * normal as one more direction (the ellipsoid of Howe and Cutkosky, Int. J. Robotics Research 15, 1996).
  */
-#include "../servo_stage.h"
+#include "../servo_state.h"
 
 #include <math.h>
 #include <string.h>
@@ -61,9 +61,22 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
     f->statics = config->statics;
 }
 
-static vxs_contact_loads *loads(void *self)
+static void attach(void *self, vxs_servo *servo)
 {
-    return &((friction *)self)->loads;
+    servo->config.contact.loads = &((friction *)self)->loads;
+}
+
+/* At a point of the shell at worst. */
+static double stiffness(const vxs_effect *effect, const vxs_servo_config *config)
+{
+    double square = 0, radius = config->shell->radius;
+    vxs_pose center = vxs_pose_identity();
+    for (int i = 0; i < 3; i++) center.position[i] = (double)config->shell->center[i];
+    vxs_pose_compose(&config->grip, &center, &center);
+    for (int i = 0; i < 3; i++) square += center.position[i] * center.position[i];
+    double arm = 1 + sqrt(square) / radius;
+    return (effect->as.friction.stiffness + effect->as.friction.damping / config->coupling.sample_time) *
+           (1 + arm * arm);
 }
 
 static void reset(void *self, const vxs_pose *tip)
@@ -291,5 +304,6 @@ const vxsi_stage vxsi_stage_friction = {.effect = VXS_EFFECT_FRICTION,
                                         .check = check,
                                         .set_up = set_up,
                                         .reset = reset,
-                                        .add = add,
-                                        .loads = loads};
+                                        .stiffness = stiffness,
+                                        .attach = attach,
+                                        .add = add};
