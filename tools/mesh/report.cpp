@@ -2,6 +2,7 @@
 #include "mesh/report.hpp"
 
 #include "mesh/edges.hpp"
+#include "mesh/sum.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,21 +11,6 @@
 
 namespace voxshell {
 namespace {
-
-// Sum that loses no more than the last bit (Neumaier), in the order of the calls.
-class Sum {
-  public:
-    void add(double x)
-    {
-        const double t = sum_ + x;
-        lost_ += std::abs(sum_) >= std::abs(x) ? (sum_ - t) + x : (x - t) + sum_;
-        sum_ = t;
-    }
-    double value() const { return sum_ + lost_; }
-
-  private:
-    double sum_ = 0, lost_ = 0;
-};
 
 std::uint64_t count_duplicates(const Edges &e)
 {
