@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Reads .voxmap and .pointshell files. Written from container.md, voxmap.md and pointshell.md alone;
+"""Reads .voxmap, .pointshell and .plan files. Written from container.md, voxmap.md, pointshell.md and plan.md alone;
 shares no code with the runtime. Python 3.9 or newer, standard library only.
 
     read_asset.py FILE           JSON summary
     read_asset.py --check FILE   "OK", or the first broken rule and exit status 3
 
-As a module: open_asset(path) gives a Voxmap (state(), cells()) or a Pointshell (points()).
+As a module: open_asset(path) gives a Voxmap (state(), cells()), a Pointshell (points()) or a Plan (assets, effects, hand).
 Exit status: 0 ok, 1 usage, 2 the file cannot be read, 3 it breaks a rule.
 """
 import array
@@ -23,9 +23,14 @@ ENTRY = struct.Struct("<IIQQQII")
 GRID = struct.Struct("<d3q3IIQQ3q3qdddII48s")
 INFO = struct.Struct("<dIIIIddd3ddQ24s")
 CLUSTER = struct.Struct("<4fII2I")
+PLAN = struct.Struct("<dIIIIdddIIII6d6d7d7d48s16s48s")
+PLANNED = struct.Struct("<II7d32s256s32s")
+EFFECT = struct.Struct("<32sII24d")
+KEYFRAME = struct.Struct("<d7dII7d")
 
-MAGIC = {b"\x89VXM\r\n\x1a\n": "voxmap", b"\x89VXP\r\n\x1a\n": "pointshell"}
-MAJOR = {"voxmap": 1, "pointshell": 1}
+MAGIC = {b"\x89VXM\r\n\x1a\n": "voxmap", b"\x89VXP\r\n\x1a\n": "pointshell",
+         b"\x89VXL\r\n\x1a\n": "plan"}
+MAJOR = {"voxmap": 1, "pointshell": 1, "plan": 1}
 FREE, SURFACE, INTERIOR = 0, 1, 2
 FIRST = 4  # entries from here on are numbers of chunks or bricks
 
@@ -48,6 +53,11 @@ def ones(bits):
 
 def finite_not_negative(value):
     return 0 <= value < math.inf
+
+
+def amount(value):
+    """Finite, not negative and not -0."""
+    return finite_not_negative(value) and math.copysign(1.0, value) > 0
 
 
 class Section:
@@ -564,9 +574,168 @@ class Pointshell(Asset):
                 "surface_error_max_m": self.surface_error, "clusters": self.cluster_count}
 
 
+class Plan(Asset):
+    STRIDES = {"PLAN": 384, "ASST": 384, "EFCT": 232, "HAND": 128}
+    LAWS = {1: "original", 2: "average", 3: "gradient", 4: "patch"}
+    FIELDS = {1: "surface", 2: "layers", 3: "distance"}
+    WEIGHTINGS = {1: "count", 2: "count-capped", 3: "area"}
+    COUPLINGS = {1: "none", 2: "pt2", 3: "spring-damper", 4: "quasi-static"}
+    NUMBERS = ("omega0", "damping", "gain", "stiffness", "radius", "mass")
+    HAS = {"none": (), "pt2": ("omega0", "damping", "gain"), "spring-damper": ("damping", "stiffness", "radius", "mass"),
+           "quasi-static": ("stiffness", "radius")}
+
+    def __init__(self, data):
+        super().__init__(data)
+        self.check_layout("P1", self.STRIDES, optional=("EFCT", "HAND"))
+        self.check_info()
+        self.check_assets()
+        self.check_effects()
+        self.check_hand()
+        self.check_content_hash()
+
+    def elements(self, name, layout):
+        """(offset in the file, fields) of each element of a section; nothing if it is not there."""
+        if name in self.by_name:
+            section = self.by_name[name]
+            for n in range(section.count):
+                at = section.offset + section.stride * n
+                yield at, layout.unpack_from(self.data, at)
+
+    def check_pose(self, rule, name, at, pose):
+        """Of position and orientation (w x y z) that stand one after the other."""
+        for a in range(3):
+            if not abs(pose[a]) <= 1e15:
+                raise Broken(rule, name, at + 8 * a, f"position {pose[a]}")
+        w, x, y, z = pose[3:]
+        if not abs((((w * w + x * x) + y * y) + z * z) - 1.0) <= 1e-6:
+            raise Broken(rule, name, at + 24, "the orientation has not length 1")
+
+    def check_zero(self, rule, name, at, size, step=1):
+        for n, byte in enumerate(bytes(self.data[at:at + size])):
+            if byte:
+                raise Broken(rule, name, at + n // step * step, "not 0")
+
+    @staticmethod
+    def text(raw, allowed):
+        """The text before the zeros, None if it is none."""
+        text = raw.rstrip(b"\0")
+        return text.decode("latin-1") if 1 <= len(text) < len(raw) and all(allowed(c) for c in text) else None
+
+    def check_info(self):
+        start, values = next(self.elements("PLAN", PLAN))
+
+        def need(condition, rule, field, text):
+            if not condition:
+                raise Broken(rule, "PLAN", start + field, text)
+
+        (self.rate, law, field, weighting, self.flags, self.stiffness, self.most_stiffness, self.budget, coupling, self.prewarp,
+         self.evaluations, reserved) = values[:12]
+        numbers, servo, mount, grip, device, arm = values[12:18], values[18:24], values[24:31], values[31:38], values[38], values[39]
+        need(10 <= self.rate <= 1e5, "P201", 0, f"rate {self.rate} Hz")
+        need(law in self.LAWS, "P202", 8, f"law {law}")
+        need(field in self.FIELDS and (law != 3 or field == 3), "P202", 12, f"field {field} with law {law}")
+        need(weighting in self.WEIGHTINGS, "P202", 16, f"weighting {weighting}")
+        need(self.flags & ~1 == 0, "P203", 20, f"flags {self.flags:#x}")
+        need(0 < self.stiffness < math.inf, "P204", 24, f"stiffness {self.stiffness}")
+        need(amount(self.most_stiffness), "P204", 32, f"most_stiffness {self.most_stiffness}")
+        need(amount(self.budget) and (self.budget == 0 or weighting == 3), "P204", 40, f"budget {self.budget}")
+        need(coupling in self.COUPLINGS, "P205", 48, f"coupling {coupling}")
+        self.law, self.field, self.weighting = self.LAWS[law], self.FIELDS[field], self.WEIGHTINGS[weighting]
+        self.coupling = self.COUPLINGS[coupling]
+        need(self.prewarp <= (coupling == 2), "P206", 52, f"prewarp {self.prewarp}")
+        need(1 <= self.evaluations <= 3 if coupling == 4 else self.evaluations == 0, "P206", 56, f"evaluations {self.evaluations}")
+        for n, (name, value) in enumerate(zip(self.NUMBERS, numbers)):
+            good = 0 < value < math.inf if name in self.HAS[self.coupling] else not any(self.data[start + 64 + 8 * n:start + 72 + 8 * n])
+            need(good, "P206", 64 + 8 * n, f"{name} {value} of a coupling {self.coupling}")
+        self.numbers = {name: value for name, value in zip(self.NUMBERS, numbers) if name in self.HAS[self.coupling]}
+        self.max_force, self.max_torque, self.max_speed, self.hold_time, self.decay_time, self.scale = servo
+        for at, value in ((112, self.max_force), (120, self.max_torque), (128, self.max_speed), (152, self.scale)):
+            need(0 < value < math.inf, "P207", at, f"limit or scale {value}")
+        need(amount(self.hold_time) and self.hold_time <= 3600, "P207", 136, f"hold_time {self.hold_time}")
+        need(1e-6 <= self.decay_time <= 3600, "P207", 144, f"decay_time {self.decay_time}")
+        self.check_pose("P208", "PLAN", start + 160, mount)
+        self.check_pose("P208", "PLAN", start + 216, grip)
+        self.device, self.arm = (self.text(raw, lambda c: 0x20 < c < 0x7F) for raw in (device, arm))
+        need(self.device, "P209", 272, "device is no name")
+        need(self.arm, "P209", 320, "arm is no name")
+        need(reserved == 0, "P210", 60, "reserved is not 0")
+        self.check_zero("P210", "PLAN", start + 336, 48)
+
+    def check_assets(self):
+        entry = self.by_name["ASST"]
+        if not 2 <= entry.count <= 4097:
+            raise Broken("P301", "TABL", entry.entry_offset, f"{entry.count} assets")
+        self.assets = []
+        for n, (at, (role, reserved, *pose, content, raw, _)) in enumerate(self.elements("ASST", PLANNED)):
+            if role != (2 if n == entry.count - 1 else 1):
+                raise Broken("P302", "ASST", at, f"role {role} of asset {n} of {entry.count}")
+            name = self.text(raw, lambda c: c >= 0x20 and c not in b"\x7f/\\")
+            if not name or name.startswith("."):
+                raise Broken("P303", "ASST", at + 96, "name is no file's")
+            self.check_pose("P304", "ASST", at + 8, pose)
+            if role == 2 and bytes(self.data[at + 8:at + 64]) != struct.pack("<7d", 0, 0, 0, 1, 0, 0, 0):
+                raise Broken("P304", "ASST", at + 8, "the dynamic has a pose of its own")
+            if reserved:
+                raise Broken("P305", "ASST", at + 4, "reserved is not 0")
+            self.check_zero("P305", "ASST", at + 352, 32)
+            self.assets.append({"role": "dynamic" if role == 2 else "static", "name": raw.rstrip(b"\0").decode("utf-8", "replace"),
+                                "content_hash": content.hex()})
+
+    def check_effects(self):
+        if "EFCT" in self.by_name and self.by_name["EFCT"].count > 64:
+            raise Broken("P401", "TABL", self.by_name["EFCT"].entry_offset, "more than 64 effects")
+        self.effects = {}
+        for at, (raw, count, reserved, *constants) in self.elements("EFCT", EFFECT):
+            kind = self.text(raw, lambda c: c in b"abcdefghijklmnopqrstuvwxyz0123456789-")
+            if not kind or kind in self.effects:
+                raise Broken("P402", "EFCT", at, "kind is no name, or is there already")
+            if count > 24:
+                raise Broken("P403", "EFCT", at + 32, f"{count} constants")
+            for n, value in enumerate(constants):
+                if not math.isfinite(value) if n < count else any(self.data[at + 40 + 8 * n:at + 48 + 8 * n]):
+                    raise Broken("P403", "EFCT", at + 40 + 8 * n, f"constant {n} of {kind}: {value}")
+            if reserved:
+                raise Broken("P404", "EFCT", at + 36, "reserved is not 0")
+            self.effects[kind] = constants[:count]
+
+    def check_hand(self):
+        if "HAND" in self.by_name and self.by_name["HAND"].count > 2**16:
+            raise Broken("P501", "TABL", self.by_name["HAND"].entry_offset, "more than 2^16 keyframes")
+        self.hand = []
+        for at, (time, *pose, move, reserved, ax, ay, az, ux, uy, uz, angle) in self.elements("HAND", KEYFRAME):
+            if not (amount(time) and time <= 1e9 and (not self.hand or time > self.hand[-1][0])):
+                raise Broken("P502", "HAND", at, f"time {time}")
+            self.check_pose("P503", "HAND", at + 8, pose)
+            if move > (1 if self.hand else 0):
+                raise Broken("P504", "HAND", at + 64, f"move {move}")
+            if reserved:
+                raise Broken("P504", "HAND", at + 68, "reserved is not 0")
+            if move == 0:
+                self.check_zero("P505", "HAND", at + 72, 56, step=8)
+            else:
+                for a, value in enumerate((ax, ay, az)):
+                    if not abs(value) <= 1e15:
+                        raise Broken("P505", "HAND", at + 72 + 8 * a, f"turn_about {value}")
+                if not abs(((ux * ux + uy * uy) + uz * uz) - 1.0) <= 1e-6:
+                    raise Broken("P505", "HAND", at + 96, "turn_axis has not length 1")
+                if not abs(angle) <= 1e6:
+                    raise Broken("P505", "HAND", at + 120, f"turn_angle {angle}")
+            self.hand.append((time, *pose))
+
+    def summary(self):
+        return {**super().summary(), "rate_hz": self.rate, "device": self.device, "arm": self.arm, "law": self.law, "field": self.field,
+                "weighting": self.weighting, "coupling": {"kind": self.coupling, "designed": bool(self.flags & 1), **self.numbers},
+                "max_force_n": self.max_force, "assets": self.assets,
+                "effects": [{"kind": kind, "constants": constants} for kind, constants in self.effects.items()],
+                "hand_keyframes": len(self.hand)}
+
+
+KINDS = {"voxmap": Voxmap, "pointshell": Pointshell, "plan": Plan}
+
+
 def read_asset(data):
-    """A Voxmap or a Pointshell of the file's bytes. Raises Broken."""
-    return (Pointshell if data[:8] == b"\x89VXP\r\n\x1a\n" else Voxmap)(data)
+    """A Voxmap, a Pointshell or a Plan of the file's bytes. Raises Broken."""
+    return KINDS[MAGIC.get(bytes(data[:8]), "voxmap")](data)
 
 
 def open_asset(path):

@@ -4,6 +4,7 @@
  * one reads. Pure.
  */
 #include "asset_check.h"
+#include "voxshell/format/plan.h"
 #include "voxshell/format/pointshell.h"
 #include "voxshell/format/voxmap.h"
 
@@ -23,6 +24,7 @@ static const asset_kind kinds[] = {
      vxsi_check_voxmap},
     {VXS_POINTSHELL_MAGIC, VXS_ASSET_POINTSHELL, VXS_POINTSHELL_VERSION_MAJOR, VXS_POINTSHELL_VERSION_MINOR,
      vxsi_check_pointshell},
+    {VXS_PLAN_MAGIC, VXS_ASSET_PLAN, VXS_PLAN_VERSION_MAJOR, VXS_PLAN_VERSION_MINOR, vxsi_check_plan},
 };
 
 /* Version 1.0 knows no bit. */

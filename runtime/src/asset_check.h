@@ -20,6 +20,7 @@ vxs_result vxsi_check_asset(vxsi_check *check, uint32_t wanted_kind, vxs_asset *
 
 vxs_result vxsi_check_voxmap(vxsi_check *check);
 vxs_result vxsi_check_pointshell(vxsi_check *check);
+vxs_result vxsi_check_plan(vxsi_check *check);
 
 /* Notes where and why, and returns result. rule: "M305". */
 vxs_result vxsi_refuse(vxsi_check *check, vxs_result result, const char *rule, uint32_t section,

@@ -11,7 +11,7 @@ import subprocess
 import tempfile
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-PAGES = ("container", "voxmap", "pointshell")
+PAGES = ("container", "voxmap", "pointshell", "plan")
 TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "u64": "uint64_t", "i64": "int64_t", "f32": "float",
          "f64": "double"}
 CONSTANTS = {"VXS_CONTAINER_MAX_SECTIONS": "64", "VXS_VOXMAP_MAX_CELLS": "1 << 20", "VXS_VOXMAP_MAX_ROOT": "1 << 24",
@@ -19,7 +19,8 @@ CONSTANTS = {"VXS_CONTAINER_MAX_SECTIONS": "64", "VXS_VOXMAP_MAX_CELLS": "1 << 2
              "VXS_VOXMAP_ENTRY_FIRST": "4",
              "VXS_VOXMAP_CLEARANCE_BLOCKS": "16 * 16 * 16", "VXS_VOXMAP_CLEARANCE_BEYOND": "127",
              "VXS_VOXMAP_CLEARANCE_LEAST": "96", "VXS_VOXMAP_CLEARANCE_MOST": "4096", "VXS_POINTSHELL_LANES": "16", "VXS_POINTSHELL_CLUSTER_POINTS": "64",
-             "VXS_POINTSHELL_MAX_POINTS": "1 << 28", "VXS_CELL_SURFACE": "1", "VXS_CELL_INTERIOR": "2"}
+             "VXS_POINTSHELL_MAX_POINTS": "1 << 28", "VXS_PLAN_MAX_STATICS": "4096", "VXS_PLAN_MAX_EFFECTS": "64", "VXS_PLAN_MAX_CONSTANTS": "24",
+             "VXS_PLAN_MAX_KEYFRAMES": "1 << 16", "VXS_PLAN_NAME_SIZE": "256", "VXS_CELL_SURFACE": "1", "VXS_CELL_INTERIOR": "2"}
 
 
 def tables(page):
@@ -67,7 +68,7 @@ def listed_bytes(listing):
 
 def check_listing(page):
     with open(os.path.join(ROOT, "formats", page + ".md"), encoding="utf-8") as file:
-        name, listing = re.search(r"^\[`(\w+\.(?:voxmap|pointshell))`\]\(.*?```\n(.*?)```", file.read(), re.MULTILINE | re.DOTALL).groups()
+        name, listing = re.search(r"^\[`(\w+\.(?:voxmap|pointshell|plan))`\]\(.*?```\n(.*?)```", file.read(), re.MULTILINE | re.DOTALL).groups()
     with open(os.path.join(ROOT, "tests", "golden", "valid", name), "rb") as file:
         assert file.read() == listed_bytes(listing), f"{page}.md lists other bytes than {name} has"
 
@@ -84,7 +85,7 @@ def main():
             lines += [f'_Static_assert({a}, "{struct}");' for a in assertions(struct, size, rows)]
     lines += [f'_Static_assert({name} == ({number}), "{name}");' for name, number in CONSTANTS.items()]
     assert structs == ["vxs_container_header", "vxs_container_section", "vxs_voxmap_grid", "vxs_pointshell_info",
-                       "vxs_pointshell_cluster"], structs
+                       "vxs_pointshell_cluster", "vxs_plan_info", "vxs_plan_asset", "vxs_plan_effect", "vxs_plan_keyframe"], structs
     with tempfile.TemporaryDirectory() as folder:
         source = os.path.join(folder, "layout.c")
         with open(source, "w", encoding="utf-8") as file:
@@ -93,6 +94,7 @@ def main():
                         source], check=True)
     check_listing("voxmap")
     check_listing("pointshell")
+    check_listing("plan")
     print(f"{len(structs)} structs, {len(lines)} lines compared")
 
 

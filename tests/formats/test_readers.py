@@ -102,9 +102,9 @@ def compare(program, what, named):
 
 def ids_of_the_specs():
     ids = set()
-    for page in ("container.md", "voxmap.md", "pointshell.md"):
+    for page in ("container.md", "voxmap.md", "pointshell.md", "plan.md"):
         with open(os.path.join(ROOT, "formats", page), encoding="utf-8") as file:
-            ids |= set(re.findall(r"^\| ([CMS]\d{3}) \|", file.read(), re.MULTILINE))
+            ids |= set(re.findall(r"^\| ([CMPS]\d{3}) \|", file.read(), re.MULTILINE))
     return ids
 
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Makes the golden assets through the real writers: `make_golden DIR` writes them, `make_golden --check DIR`
 // compares. A golden's bytes change only with a line in CHANGELOG.md that says why.
+#include "plan/plan_file.hpp"
 #include "pointshell/pointshell_file.hpp"
 #include "voxmap/voxmap_file.hpp"
 
@@ -153,12 +154,97 @@ Bytes two_clusters()
     return pointshell_bytes(file);
 }
 
+vxs_plan_asset planned(std::uint32_t role, const char *name, std::uint8_t hash)
+{
+    vxs_plan_asset asset{};
+    asset.role = role;
+    asset.orientation[0] = 1;
+    std::ranges::fill(asset.content_hash, hash);
+    put_text(asset.name, name);
+    return asset;
+}
+
+PlanFile plain_plan()
+{
+    PlanFile file;
+    file.meta = meta;
+    vxs_plan_info &info = file.info;
+    info.rate = 1000;
+    info.law = VXS_PLAN_LAW_AVERAGE;
+    info.field = VXS_PLAN_FIELD_SURFACE;
+    info.weighting = VXS_PLAN_WEIGHT_COUNT;
+    info.stiffness = 500;
+    info.coupling = VXS_PLAN_COUPLING_NONE;
+    info.max_force = 3;
+    info.max_torque = 0.25;
+    info.max_speed = 20;
+    info.decay_time = 0.0078125;
+    info.scale = 1;
+    info.mount_orientation[0] = info.grip_orientation[0] = 1;
+    put_text(info.device, "sim:touch");
+    put_text(info.arm, "hand");
+    file.assets = {planned(VXS_PLAN_ROLE_STATIC, "a.voxmap", 0xaa), planned(VXS_PLAN_ROLE_DYNAMIC, "b.pointshell", 0xbb)};
+    return file;
+}
+
+/// The smallest plan: no effect, no hand.
+Bytes bare()
+{
+    return plan_bytes(plain_plan());
+}
+
+/// Every section: two statics of which one is turned, a coupling with numbers, effects with and without constants, a hand
+/// that goes straight and turns.
+Bytes pressed()
+{
+    PlanFile file = plain_plan();
+    file.source_hash = sha256({});
+    vxs_plan_info &info = file.info;
+    info.law = VXS_PLAN_LAW_PATCH;
+    info.field = VXS_PLAN_FIELD_DISTANCE;
+    info.weighting = VXS_PLAN_WEIGHT_AREA;
+    info.flags = VXS_PLAN_FLAG_DESIGNED;
+    info.most_stiffness = 2000;
+    info.budget = 0x1p-16;
+    info.coupling = VXS_PLAN_COUPLING_PT2;
+    info.prewarp = 1;
+    info.omega0 = 32;
+    info.damping = 1;
+    info.gain = 1;
+    info.hold_time = 0.001953125;
+    info.mount_position[1] = 0.5;
+    vxs_plan_asset turned = planned(VXS_PLAN_ROLE_STATIC, "a.voxmap", 0xaa);
+    turned.position[0] = -0.25;
+    turned.orientation[0] = 0.6;
+    turned.orientation[2] = -0.8;
+    file.assets.insert(file.assets.begin() + 1, turned);
+    vxs_plan_effect plain{}, ramp{};
+    put_text(plain.kind, "start-inside");
+    put_text(ramp.kind, "soft-start");
+    ramp.constant_count = 1;
+    ramp.constants[0] = 0.5;
+    file.effects = {plain, ramp};
+    vxs_plan_keyframe first{}, straight{}, arc{};
+    first.position[1] = 0.0625;
+    first.orientation[0] = straight.orientation[0] = arc.orientation[0] = 1;
+    straight.time = 0.5;
+    straight.position[0] = 0.125;
+    arc.time = 2;
+    arc.position[0] = -0.125;
+    arc.move = VXS_PLAN_MOVE_TURN;
+    arc.turn_axis[1] = 1;
+    arc.turn_angle = 3;
+    file.hand = {first, straight, arc};
+    return plan_bytes(file);
+}
+
 const struct {
     const char *name;
     Bytes (*make)();
 } goldens[] = {{"one_cell.voxmap", one_cell},       {"uniform.voxmap", uniform},
                {"clearance.voxmap", clearance},     {"channels.voxmap", channels},
-               {"one_point.pointshell", one_point}, {"two_clusters.pointshell", two_clusters}};
+               {"one_point.pointshell", one_point}, {"two_clusters.pointshell", two_clusters},
+               {"bare.plan", bare},                 {"pressed.plan", pressed}};
 
 Bytes file_bytes(const std::filesystem::path &path)
 {

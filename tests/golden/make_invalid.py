@@ -27,6 +27,17 @@ SHEL = {"voxel": (0, "d"), "kind": (8, "I"), "points": (12, "I"), "padded": (16,
 CLUS = {"center": (0, "f"), "radius": (12, "f"), "first": (16, "I"), "count": (20, "I"), "reserved": (28, "I")}
 
 
+PLAN = {"rate": (0, "d"), "law": (8, "I"), "field": (12, "I"), "weighting": (16, "I"), "flags": (20, "I"), "stiffness": (24, "d"),
+        "most": (32, "d"), "budget": (40, "d"), "coupling": (48, "I"), "prewarp": (52, "I"), "evaluations": (56, "I"),
+        "reserved": (60, "I"), "omega0": (64, "d"), "damping": (72, "d"), "gain": (80, "d"), "spring": (88, "d"), "radius": (96, "d"),
+        "mass": (104, "d"), "force": (112, "d"), "torque": (120, "d"), "speed": (128, "d"), "hold": (136, "d"), "decay": (144, "d"),
+        "scale": (152, "d"), "mount": (160, "d"), "grip": (216, "d"), "device": (272, "48s"), "arm": (320, "16s"), "pad": (336, "B")}
+ASST = {"role": (0, "I"), "reserved": (4, "I"), "pose": (8, "d"), "name": (96, "256s"), "pad": (352, "B")}
+EFCT = {"kind": (0, "32s"), "count": (32, "I"), "reserved": (36, "I"), "constant": (40, "d")}
+HAND = {"time": (0, "d"), "pose": (8, "d"), "move": (64, "I"), "reserved": (68, "I"), "about": (72, "d"), "axis": (96, "d"),
+        "angle": (120, "d")}
+
+
 def round64(n):
     return (n + 63) // 64 * 64
 
@@ -104,6 +115,22 @@ def cluster(n, name, value):
     return lambda d: put(d.bytes_of("CLUS"), CLUS, name, value, 32 * n)
 
 
+def plan(name, value, axis=0):
+    return lambda d: put(d.bytes_of("PLAN"), PLAN, name, value, axis * struct.calcsize(PLAN[name][1]))
+
+
+def asset(n, name, value, axis=0):
+    return lambda d: put(d.bytes_of("ASST"), ASST, name, value, 384 * n + axis * struct.calcsize(ASST[name][1]))
+
+
+def effect(n, name, value, axis=0):
+    return lambda d: put(d.bytes_of("EFCT"), EFCT, name, value, 232 * n + axis * struct.calcsize(EFCT[name][1]))
+
+
+def hand(n, name, value, axis=0):
+    return lambda d: put(d.bytes_of("HAND"), HAND, name, value, 128 * n + axis * struct.calcsize(HAND[name][1]))
+
+
 def value(section, code, n, number):
     return lambda d: struct.pack_into("<" + code, d.bytes_of(section), n * struct.calcsize(code), number)
 
@@ -176,6 +203,7 @@ def second_brick(state_byte):
 
 MAP, UNIFORM, CHANNELS, CLEARANCE = "one_cell.voxmap", "uniform.voxmap", "channels.voxmap", "clearance.voxmap"
 POINT, SHELL = "one_point.pointshell", "two_clusters.pointshell"
+BARE, PRESSED = "bare.plan", "pressed.plan"
 HUGE = 2**64 - 64
 
 CASES = [
@@ -361,6 +389,98 @@ CASES = [
     ("S404", SHELL, cluster(0, "radius", 1.9687498807907104)),
     ("S404", SHELL, cluster(1, "center", 4.2)),
     ("S405", SHELL, shel("radius", 2.1562499999999996)),
+    ("P101", BARE, swap(0, 1)),
+    ("P101", BARE, drop("ASST")),
+    ("P101", PRESSED, swap(2, 3)),
+    ("P101", PRESSED, insert(2, "XTRA")),
+    ("P102", BARE, restride("PLAN", 192)),
+    ("P102", BARE, resize("PLAN", 768)),
+    ("P102", PRESSED, restride("HAND", 64)),
+    ("P102", PRESSED, restride("EFCT", 116)),
+    ("P201", BARE, plan("rate", NAN)),
+    ("P201", BARE, plan("rate", 9.5)),
+    ("P201", BARE, plan("rate", 100001.0)),
+    ("P202", BARE, plan("law", 0)),
+    ("P202", BARE, plan("law", 5)),
+    ("P202", BARE, plan("law", 3)),
+    ("P202", BARE, plan("field", 4)),
+    ("P202", BARE, plan("weighting", 0)),
+    ("P203", BARE, plan("flags", 2)),
+    ("P204", BARE, plan("stiffness", 0.0)),
+    ("P204", BARE, plan("most", -0.0)),
+    ("P204", BARE, plan("most", INF)),
+    ("P204", BARE, plan("budget", 1e-5)),
+    ("P204", PRESSED, plan("budget", -1e-5)),
+    ("P205", BARE, plan("coupling", 0)),
+    ("P205", PRESSED, plan("coupling", 1000)),
+    ("P206", BARE, plan("prewarp", 1)),
+    ("P206", PRESSED, plan("prewarp", 2)),
+    ("P206", BARE, plan("evaluations", 1)),
+    ("P206", PRESSED, plan("omega0", 0.0)),
+    ("P206", PRESSED, plan("damping", NAN)),
+    ("P206", PRESSED, plan("gain", INF)),
+    ("P206", PRESSED, plan("spring", -0.0)),
+    ("P206", BARE, plan("mass", 1.0)),
+    ("P206", PRESSED, plan("coupling", 3)),
+    ("P206", BARE, plan("coupling", 4)),
+    ("P207", BARE, plan("force", 0.0)),
+    ("P207", BARE, plan("torque", NAN)),
+    ("P207", BARE, plan("speed", INF)),
+    ("P207", BARE, plan("hold", -0.0)),
+    ("P207", BARE, plan("hold", 3601.0)),
+    ("P207", BARE, plan("decay", 0.0)),
+    ("P207", BARE, plan("scale", -1.0)),
+    ("P208", BARE, plan("mount", NAN, 2)),
+    ("P208", BARE, plan("mount", 1.001, 3)),
+    ("P208", PRESSED, plan("grip", 2e15)),
+    ("P208", PRESSED, plan("grip", 0.0, 3)),
+    ("P209", BARE, plan("device", b"")),
+    ("P209", BARE, plan("device", b"a b")),
+    ("P209", BARE, plan("device", b"x" * 48)),
+    ("P209", BARE, plan("arm", b"hand\0x")),
+    ("P210", BARE, plan("reserved", 1)),
+    ("P210", PRESSED, plan("pad", 1, 47)),
+    ("P301", BARE, resize("ASST", 384)),
+    ("P301", BARE, resize("ASST", 384 * 4098)),
+    ("P302", BARE, asset(0, "role", 2)),
+    ("P302", PRESSED, asset(2, "role", 1)),
+    ("P302", PRESSED, asset(1, "role", 0)),
+    ("P303", BARE, asset(0, "name", b"")),
+    ("P303", BARE, asset(0, "name", b"../a.voxmap")),
+    ("P303", BARE, asset(0, "name", b"a/a.voxmap")),
+    ("P303", BARE, asset(1, "name", b".b")),
+    ("P303", BARE, asset(1, "name", b"b\n")),
+    ("P303", PRESSED, asset(1, "name", b"y" * 256)),
+    ("P304", BARE, asset(0, "pose", INF)),
+    ("P304", PRESSED, asset(1, "pose", 0.61, 3)),
+    ("P304", BARE, asset(1, "pose", 0.5)),
+    ("P304", BARE, asset(1, "pose", -0.0, 1)),
+    ("P305", BARE, asset(0, "reserved", 1)),
+    ("P305", BARE, asset(1, "pad", 1, 31)),
+    ("P401", PRESSED, resize("EFCT", 232 * 65)),
+    ("P402", PRESSED, effect(0, "kind", b"")),
+    ("P402", PRESSED, effect(0, "kind", b"Start")),
+    ("P402", PRESSED, effect(1, "kind", b"start-inside")),
+    ("P402", PRESSED, effect(1, "kind", b"soft-start\0s")),
+    ("P403", PRESSED, effect(0, "count", 25)),
+    ("P403", PRESSED, effect(1, "constant", NAN)),
+    ("P403", PRESSED, effect(1, "constant", -0.0, 1)),
+    ("P403", PRESSED, effect(0, "constant", 1.0, 23)),
+    ("P404", PRESSED, effect(1, "reserved", 1)),
+    ("P501", PRESSED, resize("HAND", 128 * (2**16 + 1))),
+    ("P502", PRESSED, hand(0, "time", -0.0)),
+    ("P502", PRESSED, hand(1, "time", 0.0)),
+    ("P502", PRESSED, hand(2, "time", 2e9)),
+    ("P503", PRESSED, hand(0, "pose", NAN)),
+    ("P503", PRESSED, hand(2, "pose", 0.5, 6)),
+    ("P504", PRESSED, hand(0, "move", 1)),
+    ("P504", PRESSED, hand(1, "move", 2)),
+    ("P504", PRESSED, hand(2, "reserved", 1)),
+    ("P505", PRESSED, hand(1, "about", -0.0, 2)),
+    ("P505", PRESSED, hand(1, "angle", 1.0)),
+    ("P505", PRESSED, hand(2, "about", NAN)),
+    ("P505", PRESSED, hand(2, "axis", 0.5, 1)),
+    ("P505", PRESSED, hand(2, "angle", INF)),
 ]
 
 # 2^28 bricks are a file of 32 GiB.

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * asset.h - open an asset file (.voxmap, .pointshell) and trust it from then on.
+ * asset.h - open an asset file (.voxmap, .pointshell, .plan) and trust it from then on.
  *
  * Opening checks every rule of formats/container.md and of the kind's own spec, once:
  * sizes, checksums, then meaning (each entry in range, no cell of state 3, unit normals,
@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { VXS_ASSET_ANY = 0, VXS_ASSET_VOXMAP = 1, VXS_ASSET_POINTSHELL = 2 };
+enum { VXS_ASSET_ANY = 0, VXS_ASSET_VOXMAP = 1, VXS_ASSET_POINTSHELL = 2, VXS_ASSET_PLAN = 3 };
 
 /* How a file gets into memory. MAP shares the page cache and opens at once; the file must not
  * be shortened while open (a writer that renames, as the tools do, never shortens: SIGBUS
@@ -47,13 +47,13 @@ typedef struct vxs_asset_config {
 typedef struct vxs_asset {
     const uint8_t *data; /* the whole file, 64-byte aligned */
     uint64_t size;       /* [bytes], multiple of 64 */
-    uint32_t kind;       /* VXS_ASSET_VOXMAP or _POINTSHELL */
+    uint32_t kind;       /* VXS_ASSET_VOXMAP, _POINTSHELL or _PLAN */
     uint16_t version_major, version_minor;
     uint64_t mapped_size; /* private to vxs_asset_close(): 0 for caller's memory */
 } vxs_asset;
 
 /* Why a file was refused: the first broken rule, in the order of the specs. The rule is the id
- * there: letter 'C' container.md, 'M' voxmap.md, 'S' pointshell.md, and its number; "M305" is
+ * there: letter 'C' container.md, 'M' voxmap.md, 'S' pointshell.md, 'P' plan.md, and its number; "M305" is
  * {'M', 305}. Letter and rule are 0 where no rule was broken (VXS_IO, VXS_PARAM, VXS_KIND ...). */
 typedef struct vxs_asset_issue {
     char letter;

@@ -38,6 +38,7 @@ extern "C" {
     X(CHECKSUM, -26, "a checksum does not match: the file is damaged")                                       \
     X(CORRUPT, -27, "breaks a rule of its format")                                                           \
     X(LIMIT, -28, "exceeds a documented limit")                                                              \
+    X(PLAN, -29, "the plan was made for other assets than these")                                            \
     X(NO_DEVICE, -40, "no such device")                                                                      \
     X(ACCESS, -41, "the device is here but may not be used by this user")                                    \
     X(BUSY, -42, "the device is in use by another program")                                                  \

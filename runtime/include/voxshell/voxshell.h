@@ -10,6 +10,7 @@
 #include "voxshell/coupling.h"
 #include "voxshell/device.h"
 #include "voxshell/effect.h"
+#include "voxshell/plan.h"
 #include "voxshell/pointshell.h"
 #include "voxshell/pose.h"
 #include "voxshell/result.h"

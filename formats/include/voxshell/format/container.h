@@ -34,6 +34,7 @@ enum {
  * CR LF ^Z LF (catches line-end conversion). One magic per kind from the first day. */
 #define VXS_VOXMAP_MAGIC "\x89VXM\r\n\x1a\n"
 #define VXS_POINTSHELL_MAGIC "\x89VXP\r\n\x1a\n"
+#define VXS_PLAN_MAGIC "\x89VXL\r\n\x1a\n"
 
 #define VXS_SECTION_ID(a, b, c, d)                                                                 \
     ((uint32_t)(a) | (uint32_t)(b) << 8 | (uint32_t)(c) << 16 | (uint32_t)(d) << 24)

@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * plan.h - what a .plan file holds (formats/plan.md): a scene compiled for a device. Which assets (by name and content
+ * hash), which constants of contact and coupling, which effects in their order of execution, where the hand goes.
+ */
+#ifndef VOXSHELL_FORMAT_PLAN_H
+#define VOXSHELL_FORMAT_PLAN_H
+
+#include "voxshell/format/container.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    VXS_PLAN_VERSION_MAJOR = 1,
+    VXS_PLAN_VERSION_MINOR = 0,
+    VXS_PLAN_MAX_STATICS = 4096,   /* P301 */
+    VXS_PLAN_MAX_EFFECTS = 64,     /* P401 */
+    VXS_PLAN_MAX_CONSTANTS = 24,   /* of an effect */
+    VXS_PLAN_MAX_KEYFRAMES = 1 << 16, /* P501 */
+    VXS_PLAN_NAME_SIZE = 256       /* of an asset's name, with the zero that ends it */
+};
+
+/* Largest |coordinate| of a position [m] (P208). */
+#define VXS_PLAN_MAX_COORDINATE 1e15
+
+enum { VXS_PLAN_LAW_ORIGINAL = 1, VXS_PLAN_LAW_AVERAGE = 2, VXS_PLAN_LAW_GRADIENT = 3, VXS_PLAN_LAW_PATCH = 4 };
+enum { VXS_PLAN_FIELD_SURFACE = 1, VXS_PLAN_FIELD_LAYERS = 2, VXS_PLAN_FIELD_DISTANCE = 3 };
+enum { VXS_PLAN_WEIGHT_COUNT = 1, VXS_PLAN_WEIGHT_COUNT_CAPPED = 2, VXS_PLAN_WEIGHT_AREA = 3 };
+enum {
+    VXS_PLAN_COUPLING_NONE = 1,
+    VXS_PLAN_COUPLING_PT2 = 2,
+    VXS_PLAN_COUPLING_SPRING_DAMPER = 3,
+    VXS_PLAN_COUPLING_QUASI_STATIC = 4
+};
+enum { VXS_PLAN_FLAG_DESIGNED = 1 }; /* the coupling's numbers come from an automatic design */
+enum { VXS_PLAN_ROLE_STATIC = 1, VXS_PLAN_ROLE_DYNAMIC = 2 };
+enum { VXS_PLAN_MOVE_STRAIGHT = 0, VXS_PLAN_MOVE_TURN = 1 };
+
+#define VXS_PLAN_SECTION_PLAN VXS_SECTION_ID('P', 'L', 'A', 'N') /* 1 x vxs_plan_info */
+#define VXS_PLAN_SECTION_ASST VXS_SECTION_ID('A', 'S', 'S', 'T') /* vxs_plan_asset: statics, then the dynamic */
+#define VXS_PLAN_SECTION_EFCT VXS_SECTION_ID('E', 'F', 'C', 'T') /* vxs_plan_effect, optional */
+#define VXS_PLAN_SECTION_HAND VXS_SECTION_ID('H', 'A', 'N', 'D') /* vxs_plan_keyframe, optional */
+
+typedef struct vxs_plan_info {
+    double rate; /* [Hz] */
+    /* contact */
+    uint32_t law, field, weighting; /* VXS_PLAN_LAW_, _FIELD_, _WEIGHT_ */
+    uint32_t flags;                 /* VXS_PLAN_FLAG_* */
+    double stiffness;               /* [N/m] per point, [N/m^3] with weighting area */
+    double most_stiffness;          /* [N/m], 0: no bound */
+    double budget;                  /* of contact in a tick [s], 0: none */
+    /* coupling; what its kind has not is 0 */
+    uint32_t coupling; /* VXS_PLAN_COUPLING_* */
+    uint32_t prewarp;
+    uint32_t evaluations;
+    uint32_t reserved;
+    double omega0;             /* [rad/s] */
+    double damping;            /* [1] */
+    double gain;               /* [1] */
+    double coupling_stiffness; /* [N/m] */
+    double radius;             /* [m] */
+    double mass;               /* [kg] */
+    /* servo */
+    double max_force;  /* [N] */
+    double max_torque; /* [N m] */
+    double max_speed;  /* [m/s] */
+    double hold_time;  /* [s], 0: two samples */
+    double decay_time; /* [s] */
+    double scale;      /* scene metres per device metre */
+    double mount_position[3];
+    double mount_orientation[4]; /* w x y z; device -> scene */
+    double grip_position[3];
+    double grip_orientation[4]; /* w x y z; shell -> tip */
+    uint8_t device[48];         /* "sim:phantom-premium-1.5" */
+    uint8_t arm[16];            /* "hand" */
+    uint8_t pad[48];            /* 0 */
+} vxs_plan_info;
+
+typedef struct vxs_plan_asset {
+    uint32_t role;     /* VXS_PLAN_ROLE_* */
+    uint32_t reserved; /* 0 */
+    double position[3];
+    double orientation[4];     /* w x y z; asset -> scene */
+    uint8_t content_hash[32];  /* of the asset (container.md) */
+    uint8_t name[VXS_PLAN_NAME_SIZE]; /* file name, beside the plan */
+    uint8_t pad[32];           /* 0 */
+} vxs_plan_asset;
+
+typedef struct vxs_plan_effect {
+    uint8_t kind[32]; /* name: "soft-start" */
+    uint32_t constant_count;
+    uint32_t reserved; /* 0 */
+    double constants[VXS_PLAN_MAX_CONSTANTS];
+} vxs_plan_effect;
+
+typedef struct vxs_plan_keyframe {
+    double time; /* [s] */
+    double position[3];
+    double orientation[4];   /* w x y z */
+    uint32_t move;           /* VXS_PLAN_MOVE_*: how it is reached */
+    uint32_t reserved;       /* 0 */
+    double turn_about[3];    /* [m], of a turn, else 0 */
+    double turn_axis[3];     /* unit, of a turn, else 0 */
+    double turn_angle;       /* [rad], of a turn, else 0 */
+} vxs_plan_keyframe;
+
+VXS_STATIC_ASSERT(sizeof(vxs_plan_info) == 384, "info is 384 bytes");
+VXS_STATIC_ASSERT(offsetof(vxs_plan_info, coupling) == 48, "layout");
+VXS_STATIC_ASSERT(offsetof(vxs_plan_info, max_force) == 112, "layout");
+VXS_STATIC_ASSERT(offsetof(vxs_plan_info, device) == 272, "layout");
+VXS_STATIC_ASSERT(sizeof(vxs_plan_asset) == 384, "asset is 384 bytes");
+VXS_STATIC_ASSERT(sizeof(vxs_plan_effect) == 232, "effect is 232 bytes");
+VXS_STATIC_ASSERT(sizeof(vxs_plan_keyframe) == 128, "keyframe is 128 bytes");
+
+#ifdef __cplusplus
+}
+#endif
+#endif
