@@ -25,17 +25,24 @@ AssetKind asset_kind(const std::filesystem::path &path)
         throw Failure(ExitCode::system, path.string(), "cannot be read");
     if (std::memcmp(magic, VXS_VOXMAP_MAGIC, sizeof magic) == 0) return AssetKind::voxmap;
     if (std::memcmp(magic, VXS_POINTSHELL_MAGIC, sizeof magic) == 0) return AssetKind::pointshell;
+    if (std::memcmp(magic, VXS_PLAN_MAGIC, sizeof magic) == 0) return AssetKind::plan;
     if (std::memcmp(magic, " BDV", 4) == 0) return AssetKind::vdb;
     // A file with our ending and other bytes is a damaged asset rather than something else.
     const std::string ending = path.extension().string();
-    const bool ours = ending == ".voxmap" || ending == ".pointshell" || ending == ".vdb";
+    const bool ours = ending == ".voxmap" || ending == ".pointshell" || ending == ".plan" || ending == ".vdb";
     throw Failure(ours ? ExitCode::invalid : ExitCode::unsupported, path.string(),
-                  "is not a .voxmap, .pointshell or .vdb: its first bytes are of none of them");
+                  "is not a .voxmap, .pointshell, .plan or .vdb: its first bytes are of none of them");
 }
 
 const char *name_of(AssetKind kind)
 {
-    return kind == AssetKind::voxmap ? "voxmap" : kind == AssetKind::pointshell ? "pointshell" : "vdb";
+    switch (kind) {
+    case AssetKind::voxmap: return "voxmap";
+    case AssetKind::pointshell: return "pointshell";
+    case AssetKind::plan: return "plan";
+    case AssetKind::vdb: break;
+    }
+    return "vdb";
 }
 
 std::vector<std::string> channel_names(const Channels &channels)

@@ -10,7 +10,7 @@
 
 namespace voxshell {
 
-enum class AssetKind { voxmap, pointshell, vdb };
+enum class AssetKind { voxmap, pointshell, vdb, plan };
 
 /// Throws Failure(system) if the file cannot be read, Failure(unsupported) if it is none of them.
 AssetKind asset_kind(const std::filesystem::path &path);

@@ -2,6 +2,7 @@
 // Two assets held against each other.
 #pragma once
 
+#include "plan/plan_file.hpp"
 #include "pointshell/pointshell_file.hpp"
 #include "voxmap/voxmap_file.hpp"
 
@@ -39,5 +40,8 @@ Comparison compare(const VoxmapFile &a, const VoxmapFile &b, double tolerance);
 /// Points are matched cell by cell. Without a tolerance every bit counts; with one, a point changed if the
 /// other shell has none that near.
 Comparison compare(const PointshellFile &a, const PointshellFile &b, double tolerance);
+
+/// All that plans say, fact by fact.
+Comparison compare(const PlanFile &a, const PlanFile &b);
 
 } // namespace voxshell

@@ -64,7 +64,7 @@ void print(const Comparison &c, const DiffOptions &o)
 VerbAction add_diff(CLI::App &verb)
 {
     auto o = std::make_shared<DiffOptions>();
-    verb.add_option("A", o->a, ".voxmap, .pointshell or .vdb")->required();
+    verb.add_option("A", o->a, ".voxmap, .pointshell, .plan or .vdb")->required();
     verb.add_option("B", o->b, "another of the same kind; a .voxmap and a .vdb hold the same cells")
         ->required();
     add_length(verb, "--tolerance", o->tolerance,
@@ -74,11 +74,13 @@ VerbAction add_diff(CLI::App &verb)
     add_shared(verb, *o, {Shared::format, Shared::quiet});
     return [o] {
         const AssetKind a = asset_kind(o->a), b = asset_kind(o->b);
-        if ((a == AssetKind::pointshell) != (b == AssetKind::pointshell))
+        const auto cells = [](AssetKind kind) { return kind == AssetKind::voxmap || kind == AssetKind::vdb; };
+        if (a != b && !(cells(a) && cells(b)))
             throw Failure(
                 ExitCode::usage, o->b,
                 fmt::format("is a {}, {} is a {}: they cannot be compared", name_of(b), o->a, name_of(a)));
-        const Comparison c = a == AssetKind::pointshell
+        const Comparison c = a == AssetKind::plan ? compare(read_plan(o->a), read_plan(o->b))
+                             : a == AssetKind::pointshell
                                  ? compare(read_pointshell(o->a), read_pointshell(o->b), o->tolerance)
                                  : compare(read_cells(o->a, a), read_cells(o->b, b), o->tolerance);
         if (o->json)

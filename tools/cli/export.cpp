@@ -61,6 +61,7 @@ ExitCode run(const ExportOptions &o)
 {
     const fs::path input(o.input), output(o.output);
     const AssetKind kind = asset_kind(input);
+    if (kind == AssetKind::plan) throw Failure(ExitCode::unsupported, input.string(), "a plan has no cells and no points; voxshell inspect tells what it says");
     const std::vector<std::string> known = endings(kind);
     const std::string ending = output.extension().string();
     if (std::find(known.begin(), known.end(), ending) == known.end())

@@ -123,7 +123,7 @@ private:
         ok_.insert(path);
         json entry = {{"path", path.string()}, {"ok", true}, {"kind", asset.kind}, {"bytes", asset.bytes}};
         if (!o_.json) fmt::print("ok {} {} {}, {}\n", path.string(), asset.kind, asset.summary, format_size(asset.bytes));
-        if (reference_) {
+        if (reference_ && kind != AssetKind::plan) {
             bool same_source = false;
             const std::vector<Measure> measures = measure(path, kind, same_source);
             entry["against"] = {{"path", o_.against}, {"same_source", same_source}, {"measures", json::array()}};
@@ -165,7 +165,7 @@ private:
 VerbAction add_verify(CLI::App &verb)
 {
     auto o = std::make_shared<VerifyOptions>();
-    verb.add_option("FILE", o->path, ".voxmap, .pointshell or .vdb, or a folder with such files")->required();
+    verb.add_option("FILE", o->path, ".voxmap, .pointshell, .plan or .vdb, or a folder with such files")->required();
     verb.add_option("--against", o->against,
                     "measure cells and points again on this mesh (.stl .gltf .glb) or scene (.scene.json); exit 6 if a bound does not hold")
         ->type_name("MESH");

@@ -4,10 +4,13 @@
 #include "cli/failure.hpp"
 #include "cli/options.hpp"
 #include "container/asset_file.hpp"
+#include "plan/plan_file.hpp"
 #include "pointshell/pointshell_file.hpp"
 #include "voxmap/clearance.hpp"
 #include "voxmap/vdb.hpp"
 #include "voxmap/voxmap_file.hpp"
+
+#include "voxshell/effect.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -44,6 +47,36 @@ void verify_clearance(const fs::path &path, const AssetFile &file)
         throw Failure(ExitCode::invalid, path.string(), "CLRX, CLRV, CLRC: the clearance is not that of the cells; convert the part again");
 }
 
+VerifiedAsset verify_plan(const fs::path &path, const AssetFile &file)
+{
+    const PlanFile plan = read_plan(path);
+    for (const vxs_plan_effect &each : plan.effects) {
+        const std::string name = text_of(each.kind);
+        vxs_effect effect;
+        std::uint32_t known = 0;
+        vxs_effect_constants(vxs_effect_kind_named(name.c_str()), &known);
+        if (vxs_effect_default(vxs_effect_kind_named(name.c_str()), &effect) != VXS_OK || each.constant_count > known)
+            throw Failure(ExitCode::unsupported, path.string(), "this build does not know its effect " + name);
+        std::copy_n(each.constants, each.constant_count, effect.as.constants);
+        if (vxs_effect_check(&effect) != VXS_OK)
+            throw Failure(ExitCode::invalid, path.string(), "a constant of its effect " + name + " is out of range");
+    }
+    std::size_t beside = 0;
+    for (const vxs_plan_asset &each : plan.assets) {
+        const fs::path asset = path.parent_path() / text_of(each.name);
+        if (!fs::exists(asset)) continue;
+        Sha256 wanted;
+        std::ranges::copy(each.content_hash, wanted.begin());
+        const Sha256 found = AssetFile(asset).content_hash();
+        if (found != wanted)
+            throw Failure(ExitCode::invalid, path.string(),
+                          fmt::format("was made for {} with content {}, beside it is one with {}", asset.filename().string(), hex(wanted), hex(found)));
+        ++beside;
+    }
+    return {"plan", fmt::format("1.{}, {} effects, {} of {} assets beside it", file.header().version_minor, plan.effects.size(), beside, plan.assets.size()),
+            file.header().file_size};
+}
+
 VerifiedAsset verify_vdb(const fs::path &path)
 {
     const VdbFile vdb = read_vdb(path);
@@ -64,6 +97,7 @@ VerifiedAsset verify_asset(const fs::path &path)
     const AssetFile file(path);
     const vxs_container_header &header = file.header();
     const std::string version = fmt::format("{}.{}", header.version_major, header.version_minor);
+    if (file.asset().kind == VXS_ASSET_PLAN) return verify_plan(path, file);
     if (file.asset().kind == VXS_ASSET_VOXMAP) verify_clearance(path, file);
     if (file.asset().kind == VXS_ASSET_VOXMAP)
         return {"voxmap", version + ", " + cells_text(read_voxmap(path).cells), header.file_size};
@@ -80,9 +114,9 @@ std::vector<fs::path> assets_in(const fs::path &folder)
     std::vector<fs::path> found;
     for (const fs::directory_entry &entry : fs::recursive_directory_iterator(folder)) {
         const std::string ending = entry.path().extension().string();
-        if ((ending == ".vdb" || ending == ".voxmap" || ending == ".pointshell") && !entry.is_directory()) found.push_back(entry.path());
+        if ((ending == ".vdb" || ending == ".voxmap" || ending == ".pointshell" || ending == ".plan") && !entry.is_directory()) found.push_back(entry.path());
     }
-    if (found.empty()) throw Failure(ExitCode::invalid, folder.string(), "holds no .vdb, .voxmap or .pointshell");
+    if (found.empty()) throw Failure(ExitCode::invalid, folder.string(), "holds no .vdb, .voxmap, .pointshell or .plan");
     std::sort(found.begin(), found.end());
     return found;
 }

@@ -10,12 +10,13 @@
 namespace voxshell {
 
 struct VerifiedAsset {
-    std::string kind;    ///< "voxmap", "pointshell", "vdb"
+    std::string kind;    ///< "voxmap", "pointshell", "plan", "vdb"
     std::string summary; ///< one line: version, voxel, counts
     std::uint64_t bytes = 0;
 };
 
-/// .voxmap, .pointshell: every rule of the format, checksums and the content hash. .vdb: the UUID against the content,
+/// .voxmap, .pointshell, .plan: every rule of the format, checksums and the content hash. A plan: also that this build knows its effects
+/// and that the assets beside it, where there are any, are those that it was made for. .vdb: the UUID against the content,
 /// grid `state` and the metadata. Throws Failure: system (cannot be read), invalid, unsupported (a newer version; no
 /// asset at all).
 VerifiedAsset verify_asset(const std::filesystem::path &path);
