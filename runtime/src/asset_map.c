@@ -46,7 +46,7 @@ static vxs_result take_config(const vxs_asset_config *given, vxs_asset_config *c
     if (!given) return VXS_OK;
     if (given->struct_size != sizeof *given) return VXS_CONFIG;
     *config = *given;
-    return config->kind <= VXS_ASSET_POINTSHELL && config->mode <= VXS_ASSET_COPY ? VXS_OK : VXS_PARAM;
+    return config->kind <= VXS_ASSET_PLAN && config->mode <= VXS_ASSET_COPY ? VXS_OK : VXS_PARAM;
 }
 
 vxs_result vxs_asset_from_memory(const void *data, size_t size, const vxs_asset_config *given, vxs_asset *out,

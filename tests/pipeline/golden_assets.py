@@ -15,6 +15,7 @@ RUNS = [  # output folder, models, options
     ('glb', ['cup.glb', 'sphere.glb', 'pair.glb'], ['--voxel', '2mm']),
     ('stl', ['cup.stl', 'sphere.stl'], ['--voxel', '0.5mm', '--unit', 'mm']),
     ('naive', ['sphere.glb'], ['--voxel', '1mm', '--shell', 'naive']),
+    ('scene', ['cup_press.scene.json'], []),
     ('channels', ['cup.glb'], ['--voxel', '1mm', '--channels', 'layers:3,distance:3']),
 ]
 

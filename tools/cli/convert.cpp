@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes
-// the cells and what moves the points.
+// the cells and what moves the points, and all that its servo needs besides NAME.plan.
 #include "cli/convert_extra.hpp"
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
@@ -203,7 +203,7 @@ class Convert {
         write(input, scene.voxel,
               {{parts.statics.name, geometry.statics.source_hash, parts.statics},
                {parts.dynamic.name, geometry.dynamic.source_hash, parts.dynamic}},
-              parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell);
+              parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell, plan_of(scene, parts));
     }
 
     using Bytes = std::vector<std::uint8_t>;
@@ -214,12 +214,13 @@ class Convert {
     };
 
     void write(const Input &input, double voxel, std::initializer_list<Made> made, const Bytes &vdb,
-               const Bytes &voxmap, const Bytes &pointshell)
+               const Bytes &voxmap, const Bytes &pointshell, const Bytes &plan = {})
     {
         Outputs outputs(o_.force);
         const fs::path base = fs::path(o_.folder) / input.name;
-        const std::pair<const char *, const Bytes *> files[] = {
+        std::vector<std::pair<const char *, const Bytes *>> files{
             {".vdb", &vdb}, {".voxmap", &voxmap}, {".pointshell", &pointshell}};
+        if (!plan.empty()) files.emplace_back(".plan", &plan);
         for (const auto &[ending, bytes] : files) outputs.add(base.string() + ending, *bytes, progress_.get());
         progress_->check(); // the last chance: from here on the files are there
         outputs.commit();
@@ -232,8 +233,9 @@ class Convert {
         }
         for (const auto &[ending, bytes] : files) report_.output(base.string() + ending, *bytes);
         if (!o_.json)
-            fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({})\n", base.string(),
-                       format_size(vdb.size()), format_size(voxmap.size()), format_size(pointshell.size()));
+            fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({}){}\n", base.string(),
+                       format_size(vdb.size()), format_size(voxmap.size()), format_size(pointshell.size()),
+                       plan.empty() ? "" : ", .plan (" + format_size(plan.size()) + ")");
         std::fflush(stdout);
     }
 
@@ -350,7 +352,7 @@ VerbAction add_convert(CLI::App &verb)
     auto o = std::make_shared<ConvertOptions>();
     verb.add_option("INPUT", o->inputs,
                     "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, "
-                    "NAME.pointshell")
+                    "NAME.pointshell, a scene NAME.plan too")
         ->required();
     verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")
         ->required()

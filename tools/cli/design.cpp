@@ -8,7 +8,7 @@
 #include "pipeline/output.hpp"
 #include "scene/quantity.hpp"
 #include "study/plot_design.hpp"
-#include "study/scene_contact.hpp"
+#include "plan/scene_contact.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

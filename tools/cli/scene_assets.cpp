@@ -70,4 +70,13 @@ SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::
     check_voxel(scene, folder, ".pointshell", shell.voxel);
 }
 
+PlanAssets::PlanAssets(const PlanFile &plan, const fs::path &folder)
+{
+    for (const vxs_plan_asset &asset : plan.assets) {
+        const std::uint32_t kind = asset.role == VXS_PLAN_ROLE_STATIC ? VXS_ASSET_VOXMAP : VXS_ASSET_POINTSHELL;
+        files_.push_back(std::make_unique<AssetFile>(folder / text_of(asset.name), kind));
+        open_.push_back(files_.back()->asset());
+    }
+}
+
 } // namespace voxshell

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A scene's two assets, open: those of a folder if they are this scene's, else made for this run.
+// A scene's two assets, open: those of a folder if they are this scene's, else made for this run. And those that a plan names.
 #pragma once
 
 #include "cli/progress.hpp"
 #include "container/asset_file.hpp"
+#include "plan/scene_plan.hpp"
 #include "scene/scene_file.hpp"
 #include "study/temporary_folder.hpp"
 
@@ -12,7 +13,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace voxshell {
 
@@ -25,10 +28,24 @@ class SceneAssets {
 
     vxs_voxmap map{};
     vxs_pointshell shell{};
+    const AssetFile &statics() const { return *voxmap_; }
+    const AssetFile &dynamic() const { return *pointshell_; }
 
   private:
     std::unique_ptr<TemporaryFolder> made_; // outlives the open files
     std::unique_ptr<AssetFile> voxmap_, pointshell_;
+};
+
+/// The files that a plan names, in its order.
+class PlanAssets {
+  public:
+    /// Throws as AssetFile.
+    PlanAssets(const PlanFile &plan, const std::filesystem::path &folder);
+    std::span<const vxs_asset> all() const { return open_; }
+
+  private:
+    std::vector<std::unique_ptr<AssetFile>> files_;
+    std::vector<vxs_asset> open_; ///< views of files_
 };
 
 } // namespace voxshell

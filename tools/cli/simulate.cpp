@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// voxshell simulate: a scene on a simulated device, as a summary, a trace and a picture.
+// voxshell simulate: a scene or a plan on a simulated device, as a summary, a trace and a picture.
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/scene_assets.hpp"
 #include "cli/verb.hpp"
+#include "plan/scene_contact.hpp"
+#include "plan/scene_plan.hpp"
 #include "pipeline/convert_scene.hpp"
 #include "pipeline/output.hpp"
 #include "study/servo_run.hpp"
@@ -15,6 +17,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 namespace voxshell {
 namespace {
@@ -51,17 +54,17 @@ json durations_json(const Durations &ns)
     return {{"p50_ns", ns.p50}, {"p99_ns", ns.p99}, {"p999_ns", ns.p999}, {"max_ns", ns.max}};
 }
 
-void tell(const SceneFile &scene, const SceneAssets &assets, const RunOptions &options, const ServoRun &run)
+void tell(const PlannedServo &planned, const std::string &name, const ServoRun &run)
 {
-    const double seconds = static_cast<double>(run.ticks) / scene.rate;
-    fmt::print("{}: {} s, {} ticks at {} Hz on {}, held by {}\n", scene_name(scene.path), seconds, format_count(run.ticks),
-               scene.rate, options.device, scene.arm == "free" ? "nobody" : "a " + scene.arm);
-    fmt::print("  coupling {}\n", run.coupling);
+    const double seconds = static_cast<double>(run.ticks) / planned.rate;
+    fmt::print("{}: {} s, {} ticks at {} Hz on {}, held by {}\n", name, seconds, format_count(run.ticks),
+               planned.rate, planned.device, planned.arm == "free" ? "nobody" : "a " + planned.arm);
+    fmt::print("  coupling {}\n", planned.coupling);
     fmt::print("  force   at the hand {:.3f} N at most, {:.3f} N mean in contact; collision {:.3f} N at most\n",
                run.output_peak, run.output_mean, run.collision_peak);
     if (run.contact_ticks) {
         fmt::print("  contact in {} ticks, {} of {} points at once, {} deep at most, hand up to {} ahead\n",
-                   format_count(run.contact_ticks), run.points_most, format_count(assets.shell.point_count),
+                   format_count(run.contact_ticks), run.points_most, format_count(planned.shell().point_count),
                    format_length(run.depth_most), format_length(run.reach_most));
     } else {
         fmt::print("  contact never\n");
@@ -85,7 +88,7 @@ void tell(const SceneFile &scene, const SceneAssets &assets, const RunOptions &o
     }
 }
 
-json summary(const SceneFile &scene, const SceneAssets &assets, const RunOptions &options, const ServoRun &run)
+json summary(const PlannedServo &planned, const std::string &name, const ServoRun &run)
 {
     json flags = json::object();
     for (unsigned bit = 0; bit < run.flag_ticks.size(); ++bit) {
@@ -95,14 +98,14 @@ json summary(const SceneFile &scene, const SceneAssets &assets, const RunOptions
     }
     json out = {{"schema", "voxshell-simulate/1"},
                 {"version", tool_version()},
-                {"scene", scene_name(scene.path)},
-                {"device", options.device},
-                {"arm", scene.arm},
-                {"coupling", run.coupling},
-                {"rate_hz", scene.rate},
-                {"voxel_m", scene.voxel},
-                {"shell_points", assets.shell.point_count},
-                {"seconds", static_cast<double>(run.ticks) / scene.rate},
+                {"scene", name},
+                {"device", planned.device},
+                {"arm", planned.arm},
+                {"coupling", planned.coupling},
+                {"rate_hz", planned.rate},
+                {"voxel_m", planned.map().voxel},
+                {"shell_points", planned.shell().point_count},
+                {"seconds", static_cast<double>(run.ticks) / planned.rate},
                 {"ticks", run.ticks},
                 {"output_force_peak_n", run.output_peak},
                 {"output_force_mean_n", run.output_mean},
@@ -124,11 +127,11 @@ json summary(const SceneFile &scene, const SceneAssets &assets, const RunOptions
     return out;
 }
 
-void explain(const SceneFile &scene, const SceneAssets &assets, const RunOptions &options, Progress &progress, json &out, bool as_json)
+void explain(const PlannedServo &planned, const RunOptions &options, Progress &progress, json &out, bool as_json)
 {
-    const std::vector<Stage> stages = explain_servo(scene, assets.map, assets.shell, options, progress);
+    const std::vector<Stage> stages = explain_servo(planned, options, progress);
     if (!as_json) {
-        fmt::print("in each tick, {:.0f} us apart, each stage measured alone:\n", 1e6 / scene.rate);
+        fmt::print("in each tick, {:.0f} us apart, each stage measured alone:\n", 1e6 / planned.rate);
     }
     for (const Stage &stage : stages) {
         if (as_json) {
@@ -142,43 +145,73 @@ void explain(const SceneFile &scene, const SceneAssets &assets, const RunOptions
     }
 }
 
+/// What is to be run: a plan and its assets, open.
+struct Given {
+    PlanFile plan;
+    std::string name;
+    std::optional<SceneAssets> of_scene;
+    std::optional<PlanAssets> of_plan;
+    std::vector<vxs_asset> assets;
+};
+
+void read_plan_file(const SimulateOptions &o, Given &given)
+{
+    if (!o.device.empty()) throw Failure(ExitCode::usage, o.scene, "--device: a plan is for its own device; simulate the scene instead");
+    const fs::path path(o.scene);
+    given.plan = read_plan(path);
+    given.name = path.stem().string();
+    const auto all = given.of_plan.emplace(given.plan, o.assets.empty() ? path.parent_path() : fs::path(o.assets)).all();
+    given.assets.assign(all.begin(), all.end());
+}
+
+void plan_scene(const SimulateOptions &o, Progress &progress, Given &given)
+{
+    const SceneFile scene = read_scene(o.scene);
+    given.name = scene_name(scene.path);
+    const SceneAssets &assets = given.of_scene.emplace(scene, o.assets, o.max_memory.value_or(0), progress);
+    given.assets = {assets.statics().asset(), assets.dynamic().asset()};
+    given.plan = scene_plan(scene, o.device.empty() ? scene.device : o.device, {given.name + ".voxmap", assets.statics().content_hash()},
+                            {given.name + ".pointshell", assets.dynamic().content_hash()}, scene_contact(scene, assets.map, assets.shell));
+}
+
 ExitCode simulate(const SimulateOptions &o)
 {
-    if (!fs::path(o.scene).filename().string().ends_with(".scene.json")) {
-        throw Failure(ExitCode::unsupported, o.scene, "a scene ends in .scene.json");
+    const bool is_plan = fs::path(o.scene).extension() == ".plan";
+    if (!is_plan && !fs::path(o.scene).filename().string().ends_with(".scene.json")) {
+        throw Failure(ExitCode::unsupported, o.scene, "a scene ends in .scene.json, a plan in .plan");
     }
     for (const std::string &plot : o.plots) {
         picture_of(plot);
     }
     const auto progress = make_progress(o.progress, o.quiet);
-    const SceneFile scene = read_scene(o.scene);
+    Given given;
+    is_plan ? read_plan_file(o, given) : plan_scene(o, *progress, given);
+    const PlannedServo planned(given.plan, given.assets, o.scene);
     RunOptions options;
-    options.device = o.device.empty() ? scene.device : o.device;
-    const double end = scene.hand.keyframes.back().t;
+    const double end = planned.hand.keyframes.back().t;
     options.seconds = o.seconds > 0 ? o.seconds : end > 0 ? end : 1;
     options.realtime = o.realtime;
     options.keep_rows = !o.trace.empty() || !o.plots.empty();
-    const SceneAssets assets(scene, o.assets, o.max_memory.value_or(0), *progress);
-    const ServoRun run = run_servo(scene, assets.map, assets.shell, options, *progress);
+    const ServoRun run = run_servo(planned, options, *progress);
 
     Outputs outputs(o.force);
     if (!o.trace.empty()) {
         outputs.add(o.trace, trace_csv(run.rows));
     }
     for (const std::string &plot : o.plots) {
-        const std::string title = fmt::format("{}: voxel {}, {}, {}", scene_name(scene.path), format_length(scene.voxel), run.coupling,
-                                              options.device);
+        const std::string title = fmt::format("{}: voxel {}, {}, {}", given.name, format_length(planned.map().voxel), planned.coupling,
+                                              planned.device);
         outputs.add(plot, plot_trace(run.rows, title, picture_of(plot)));
     }
     progress->check();
     outputs.commit();
 
-    json out = summary(scene, assets, options, run);
+    json out = summary(planned, given.name, run);
     if (!o.json) {
-        tell(scene, assets, options, run);
+        tell(planned, given.name, run);
     }
     if (o.explain) {
-        explain(scene, assets, options, *progress, out, o.json);
+        explain(planned, options, *progress, out, o.json);
     }
     if (o.json) {
         fmt::print("{}", json_text(out));
@@ -194,8 +227,8 @@ ExitCode simulate(const SimulateOptions &o)
 VerbAction add_simulate(CLI::App &verb)
 {
     auto o = std::make_shared<SimulateOptions>();
-    verb.add_option("SCENE", o->scene, "a scene: .scene.json")->required();
-    verb.add_option("--assets", o->assets, "folder with the scene's NAME.voxmap and NAME.pointshell (default: made for this run)")
+    verb.add_option("SCENE", o->scene, "a scene: .scene.json, or a plan: .plan with its assets beside it")->required();
+    verb.add_option("--assets", o->assets, "folder with the scene's NAME.voxmap and NAME.pointshell (default: made for this run), or with those that the plan names")
         ->type_name("DIR");
     verb.add_option("--device", o->device, "device in place of the scene's, as sim:omega-3")->type_name("sim:NAME");
     verb.add_option("--seconds", o->seconds, "how long (default: to the end of the hand's path; at least one tick)")

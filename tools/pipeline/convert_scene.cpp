@@ -2,10 +2,21 @@
 #include "pipeline/convert_scene.hpp"
 
 #include "container/container.hpp"
+#include "plan/memory.hpp"
+#include "plan/scene_contact.hpp"
+#include "plan/scene_plan.hpp"
+
+#include "voxshell/pointshell.h"
+#include "voxshell/voxmap.h"
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <bit>
+#include <cstring>
+#include <optional>
 
 namespace voxshell {
 namespace {
@@ -85,6 +96,30 @@ Scene gather(const std::string &name, const std::vector<ScenePart> &parts)
     return all;
 }
 
+/// An asset that was just made, open in memory of its own.
+class Made {
+public:
+    explicit Made(const std::vector<std::uint8_t> &bytes) : memory_(bytes.size())
+    {
+        std::memcpy(memory_.get(), bytes.data(), bytes.size());
+        if (vxs_asset_from_memory(memory_.get(), bytes.size(), nullptr, &asset, nullptr) != VXS_OK) {
+            throw Failure(ExitCode::bug, "", "an asset that was just made is refused");
+        }
+    }
+    vxs_asset asset{};
+
+private:
+    Memory memory_;
+};
+
+/// As its header has it.
+PlannedAsset planned(const std::string &name, const std::vector<std::uint8_t> &bytes)
+{
+    PlannedAsset asset{name, {}};
+    std::copy_n(bytes.begin() + offsetof(vxs_container_header, content_hash), asset.content_hash.size(), asset.content_hash.begin());
+    return asset;
+}
+
 } // namespace
 
 std::string scene_name(const std::filesystem::path &path)
@@ -117,6 +152,28 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     parts.statics.name += "/static";
     parts.dynamic.name += "/dynamic";
     return parts;
+}
+
+std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneParts &parts)
+{
+    const std::string name = scene_name(scene.path);
+    std::optional<Made> voxmap, pointshell; // only where a design feels its way
+    vxs_voxmap map{};
+    vxs_pointshell shell{};
+    const auto open = [&] {
+        if (voxmap) return;
+        voxmap.emplace(parts.statics.voxmap);
+        pointshell.emplace(parts.dynamic.pointshell);
+        vxs_voxmap_open(&voxmap->asset, &map);
+        vxs_pointshell_open(&pointshell->asset, &shell);
+    };
+    const SceneContact contact{[&] { return open(), contact_stiffness(scene, map, shell); },
+                               [&] { return open(), pushes(scene, map, shell); }};
+    PlanFile plan = scene_plan(scene, scene.device, planned(name + ".voxmap", parts.statics.voxmap),
+                               planned(name + ".pointshell", parts.dynamic.pointshell), contact);
+    plan.source_hash = scene.source_hash;
+    plan.meta = nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}}.dump();
+    return plan_bytes(plan);
 }
 
 } // namespace voxshell

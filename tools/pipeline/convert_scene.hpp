@@ -28,4 +28,8 @@ struct SceneParts {
 SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, const PartOptions &options,
                          Progress &progress);
 
+/// The scene's plan for its device and these parts: NAME.plan, for NAME.voxmap and NAME.pointshell beside it. Throws as
+/// scene_plan().
+std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneParts &parts);
+
 } // namespace voxshell

@@ -55,9 +55,11 @@ vxs_coupling_config said(const SceneFile &scene)
     return config;
 }
 
-std::string text_of(const SceneFile &scene, const vxs_coupling_config &config)
+} // namespace
+
+std::string coupling_text(const vxs_coupling_config &config, bool designed)
 {
-    const char *mark = scene.design ? " (auto)" : "";
+    const char *mark = designed ? " (auto)" : "";
     if (config.kind == VXS_COUPLING_NONE) return "no coupling";
     const std::string name = vxs_coupling_kind_name(config.kind);
     if (config.kind == VXS_COUPLING_PT2) {
@@ -68,8 +70,6 @@ std::string text_of(const SceneFile &scene, const vxs_coupling_config &config)
     }
     return name;
 }
-
-} // namespace
 
 DesignInput design_input(const SceneFile &scene, const vxs_simulated_config &device, double stiffness)
 {
@@ -112,7 +112,7 @@ SceneCoupling scene_coupling(const SceneFile &scene, const vxs_simulated_config 
         out.config = design.coupling;
         out.design = design;
     }
-    out.text = text_of(scene, out.config);
+    out.text = coupling_text(out.config, scene.design);
     return out;
 }
 

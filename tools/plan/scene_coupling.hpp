@@ -34,6 +34,9 @@ struct SceneCoupling {
 SceneCoupling scene_coupling(const SceneFile &scene, const vxs_simulated_config &device,
                              const SceneContact &contact);
 
+/// "pt2 5 Hz", "quasi-static 400 N/m (auto)" if it was designed.
+std::string coupling_text(const vxs_coupling_config &config, bool designed);
+
 /// What a design of the scene is given, whether or not the scene asks for one; pushes are the caller's to add.
 DesignInput design_input(const SceneFile &scene, const vxs_simulated_config &device, double stiffness);
 

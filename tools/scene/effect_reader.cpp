@@ -77,9 +77,6 @@ SceneEffect effect(const JsonPlace &at, std::uint32_t kind)
             result.said |= 1u << (key.first + n);
         }
     }
-    if (const vxs_result checked = vxs_effect_check(&result.effect); checked != VXS_OK) {
-        at.refuse(std::string("its constants do not go together: ") + vxs_result_text(checked));
-    }
     return result;
 }
 

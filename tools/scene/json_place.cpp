@@ -2,6 +2,7 @@
 #include "scene/json_place.hpp"
 
 #include "cli/failure.hpp"
+#include "container/container.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -185,6 +186,7 @@ JsonPlace JsonObject::get(std::string_view key) const
 JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
 {
     const std::string text = read_text(file);
+    source_hash_ = sha256({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
     std::vector<std::set<std::string>> keys;
     const auto watch = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json &value) {
         using Event = nlohmann::json::parse_event_t;

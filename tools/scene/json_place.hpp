@@ -4,7 +4,9 @@
 
 #include "scene/quantity.hpp"
 
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
@@ -63,9 +65,11 @@ public:
     explicit JsonDocument(const std::filesystem::path &file);
     ~JsonDocument();
     JsonPlace root() const;
+    const std::array<std::uint8_t, 32> &source_hash() const { return source_hash_; } ///< SHA-256 of the text
 
 private:
     std::filesystem::path file_;
+    std::array<std::uint8_t, 32> source_hash_;
     std::unique_ptr<nlohmann::json> json_;
 };
 

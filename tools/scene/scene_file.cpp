@@ -314,6 +314,7 @@ SceneFile read_scene(const std::filesystem::path &path)
                                               "device", "arm", "rate", "hand"});
     SceneFile scene;
     scene.path = path;
+    scene.source_hash = document.source_hash();
     const JsonPlace version = object.get("scene");
     if (const std::string text = version.string("voxshell-scene/1"); text != "voxshell-scene/1") {
         version.refuse("\"" + text + "\" is not a version that this voxshell reads: voxshell-scene/1");

@@ -92,6 +92,7 @@ enum class CouplingKind { none, pt2, spring_damper, quasi_static, designed };
 
 struct SceneFile {
     std::filesystem::path path;
+    std::array<std::uint8_t, 32> source_hash{}; ///< SHA-256 of the file
     double voxel = 0; ///< [m]
     std::vector<ScenePart> statics;
     ScenePart dynamic; ///< its pose turns the part into the frame that the device moves

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "study/servo_run.hpp"
 
+#include "plan/design.hpp"
 #include "plan/memory.hpp"
-#include "plan/scene_effects.hpp"
-#include "study/scene_contact.hpp"
+#include "plan/plan_facts.hpp"
+#include "plan/scene_contact.hpp"
 
 #include "voxshell/servo_thread.h"
 #include "voxshell/simulated.h"
@@ -15,7 +16,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numbers>
+#include <span>
 #include <thread>
 
 namespace voxshell {
@@ -38,12 +39,14 @@ void check(vxs_result result, const std::string &where)
 /// A simulated device at the start of the hand's path.
 class Simulated {
 public:
-    Simulated(const SceneFile &scene, const std::string &name)
-        : config(simulated_device(name, scene.rate)), memory_(vxs_simulated_memory())
+    explicit Simulated(const PlannedServo &planned)
+        : config(simulated_device(planned.device, planned.rate)), memory_(vxs_simulated_memory())
     {
-        config.arm = *vxs_simulated_arm_named(scene.arm.c_str());
-        config.start = as_runtime(scene.hand.at(0));
-        check(vxs_simulated_open(memory_.get(), memory_.size(), &config, &device), name);
+        const vxs_simulated_arm *arm = vxs_simulated_arm_named(planned.arm.c_str());
+        if (!arm) throw Failure(ExitCode::unsupported, "", "no arm \"" + planned.arm + "\"");
+        config.arm = *arm;
+        config.start = as_runtime(planned.hand.at(0));
+        check(vxs_simulated_open(memory_.get(), memory_.size(), &config, &device), planned.device);
     }
     ~Simulated() { vxs_device_close(device); }
     Simulated(const Simulated &) = delete;
@@ -54,43 +57,6 @@ public:
 private:
     Memory memory_;
 };
-
-/// How many points contact can look at in so many seconds on this machine, at least one.
-std::uint32_t points_for(double budget, const vxs_pointshell &shell)
-{
-    const Memory room(vxs_contact_memory(&shell, 1));
-    vxs_contact *contact = nullptr;
-    check(vxs_contact_init(room.get(), room.size(), &shell, 1, &contact), "contact");
-    return static_cast<std::uint32_t>(std::clamp(budget / vxs_contact_point_cost(contact), 1.0, 4e9));
-}
-
-/// Borrows statics, shell and effects.
-vxs_servo_config servo_of(const SceneFile &scene, const vxs_contact_static &statics, const vxs_pointshell &shell,
-                          const std::vector<vxs_effect> &effects, const Simulated &simulated, std::string &coupling)
-{
-    const vxs_device_caps &caps = simulated.device->caps;
-    vxs_servo_config config;
-    vxs_servo_config_default(&config);
-    config.statics = &statics;
-    config.static_count = 1;
-    config.shell = &shell;
-    config.contact = contact_of(scene);
-    const SceneCoupling felt = scene_coupling(scene, simulated.config, scene_contact(scene, *statics.map, shell));
-    config.coupling = felt.config;
-    if (scene.budget > 0) {
-        const unsigned evaluations = config.coupling.kind == VXS_COUPLING_QUASI_STATIC ? config.coupling.evaluations : 1;
-        config.contact.most_points = points_for(scene.budget / evaluations, shell);
-    }
-    coupling = felt.text;
-    config.max_force = caps.peak_force;
-    if (caps.peak_torque > 0) {
-        config.max_torque = caps.peak_torque;
-    }
-    config.effects = effects.data();
-    config.effect_count = static_cast<std::uint32_t>(effects.size());
-    check(vxs_servo_config_check(&config), scene.path.string());
-    return config;
-}
 
 class Servo {
 public:
@@ -104,12 +70,12 @@ private:
     Memory memory_;
 };
 
-std::uint64_t ticks_of(const SceneFile &scene, double seconds)
+std::uint64_t ticks_of(const PlannedServo &planned, double seconds)
 {
-    const double ticks = std::round(seconds * scene.rate);
+    const double ticks = std::round(seconds * planned.rate);
     if (!(ticks >= 1) || ticks > static_cast<double>(most_ticks)) {
         throw Failure(ExitCode::usage, "",
-                      fmt::format("--seconds must give between 1 and {} ticks at {} Hz", most_ticks, scene.rate));
+                      fmt::format("--seconds must give between 1 and {} ticks at {} Hz", most_ticks, planned.rate));
     }
     return static_cast<std::uint64_t>(ticks);
 }
@@ -188,7 +154,7 @@ float ns_since(Clock::time_point begin)
     return std::chrono::duration<float, std::nano>(Clock::now() - begin).count();
 }
 
-void run_virtual(const SceneFile &scene, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
+void run_virtual(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
                  Account &account, Progress &progress)
 {
     std::vector<float> ns;
@@ -197,8 +163,8 @@ void run_virtual(const SceneFile &scene, vxs_device *device, vxs_servo *servo, s
     vxs_device_command command{};
     vxs_servo_trace row{};
     for (std::uint64_t n = 0; n < ticks; ++n) {
-        const double t = static_cast<double>(n) / scene.rate;
-        const Pose hand = scene.hand.at(t);
+        const double t = static_cast<double>(n) / planned.rate;
+        const Pose hand = planned.hand.at(t);
         move_hand(device, hand);
         const auto begin = Clock::now();
         vxs_device_exchange(device, &command, &state, nullptr);
@@ -225,19 +191,19 @@ extern "C" void move_to_tick(void *user, std::uint64_t tick)
     move_hand(hands->device, hands->poses[std::min<std::size_t>(tick, hands->poses.size() - 1)]);
 }
 
-void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
+void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
                   Account &account, Progress &progress)
 {
     Hands hands{device, {}};
     hands.poses.reserve(ticks);
     for (std::uint64_t n = 0; n < ticks; ++n) {
-        hands.poses.push_back(scene.hand.at(static_cast<double>(n) / scene.rate));
+        hands.poses.push_back(planned.hand.at(static_cast<double>(n) / planned.rate));
     }
     constexpr std::uint32_t ring_rows = 1 << 14;
     const Memory ring(vxs_trace_memory(ring_rows)), room(vxs_servo_thread_memory());
     vxs_servo_thread_config config;
     vxs_servo_thread_config_default(&config);
-    config.rate_hz = scene.rate;
+    config.rate_hz = planned.rate;
     config.max_ticks = ticks;
     config.device = device;
     config.servo = servo;
@@ -261,7 +227,7 @@ void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, 
             for (std::size_t count; (count = vxs_trace_drain(config.trace, rows.data(), rows.size())) > 0;) {
                 for (std::size_t n = 0; n < count; ++n) {
                     const std::size_t tick = std::min<std::size_t>(rows[n].tick, hands.poses.size() - 1);
-                    account.add(rows[n], static_cast<double>(rows[n].tick) / scene.rate, hands.poses[tick].position);
+                    account.add(rows[n], static_cast<double>(rows[n].tick) / planned.rate, hands.poses[tick].position);
                 }
                 progress.advance(count);
             }
@@ -277,38 +243,31 @@ void run_realtime(const SceneFile &scene, vxs_device *device, vxs_servo *servo, 
 
 } // namespace
 
-ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell, const RunOptions &options,
-                   Progress &progress)
+ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress)
 {
-    const std::uint64_t ticks = ticks_of(scene, options.seconds);
-    const Simulated simulated(scene, options.device);
-    const vxs_contact_static statics{&map, nullptr};
+    const std::uint64_t ticks = ticks_of(planned, options.seconds);
+    const Simulated simulated(planned);
     ServoRun run;
-    const std::vector<vxs_effect> effects = scene_effects(scene, simulated.device->caps);
-    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated, run.coupling);
-    const Servo servo(config);
-    check(vxs_device_arm(simulated.device), options.device);
+    const Servo servo(planned.config);
+    check(vxs_device_arm(simulated.device), planned.device);
     progress.stage("servo", ticks);
-    run.budget_points = config.contact.most_points;
+    run.budget_points = planned.config.contact.most_points;
     Account account(run, options.keep_rows);
-    (options.realtime ? run_realtime : run_virtual)(scene, simulated.device, servo.servo, ticks, run, account, progress);
+    (options.realtime ? run_realtime : run_virtual)(planned, simulated.device, servo.servo, ticks, run, account, progress);
     return run;
 }
 
-std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell,
-                                 const RunOptions &options, Progress &progress)
+std::vector<Stage> explain_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress)
 {
-    const std::uint64_t ticks = std::min<std::uint64_t>(ticks_of(scene, options.seconds), 100'000);
-    const Simulated simulated(scene, options.device);
-    const vxs_contact_static statics{&map, nullptr};
-    std::string felt;
-    const std::vector<vxs_effect> effects = scene_effects(scene, simulated.device->caps);
-    const vxs_servo_config config = servo_of(scene, statics, shell, effects, simulated, felt);
+    const std::uint64_t ticks = std::min<std::uint64_t>(ticks_of(planned, options.seconds), 100'000);
+    const Simulated simulated(planned);
+    const vxs_servo_config &config = planned.config;
+    const vxs_pointshell &shell = planned.shell();
     const Servo servo(config);
-    check(vxs_device_arm(simulated.device), options.device);
-    const Memory room(vxs_contact_memory(&shell, 1)), filter(vxs_coupling_memory());
+    check(vxs_device_arm(simulated.device), planned.device);
+    const Memory room(vxs_contact_memory(&shell, config.static_count)), filter(vxs_coupling_memory());
     vxs_contact *engine = nullptr;
-    check(vxs_contact_init(room.get(), room.size(), &shell, 1, &engine), "contact");
+    check(vxs_contact_init(room.get(), room.size(), &shell, config.static_count, &engine), "contact");
     const Memory levels(vxs_contact_levels_memory(&shell));
     if (config.contact.most_points) check(vxs_contact_add_levels(engine, levels.get(), levels.size()), "levels of detail");
     vxs_coupling *coupling = nullptr;
@@ -319,7 +278,7 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
     vxs_device_command command{};
     progress.stage("explain", ticks);
     for (std::uint64_t n = 0; n < ticks; ++n) {
-        move_hand(simulated.device, scene.hand.at(static_cast<double>(n) / scene.rate));
+        move_hand(simulated.device, planned.hand.at(static_cast<double>(n) / planned.rate));
         auto begin = Clock::now();
         vxs_device_exchange(simulated.device, &command, &state, nullptr);
         exchange.push_back(ns_since(begin));
@@ -342,17 +301,16 @@ std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, 
             progress.check();
         }
     }
-    constexpr const char *laws[] = {"original", "average", "patch", "gradient"}, *fields[] = {"surface", "layers", "distance"};
     std::string guards;
-    for (const vxs_effect &effect : effects) {
+    for (const vxs_effect &effect : std::span(config.effects, config.effect_count)) {
         guards += std::string(", ") + vxs_effect_kind_name(effect.kind);
     }
     return {
-        {"exchange", fmt::format("{}: pose and velocity in, the last command out", options.device), durations(exchange)},
-        {"contact", fmt::format("{} points into cells of {} mm, law {}, field {}", shell.point_count, 1e3 * map.voxel,
-                                laws[static_cast<int>(scene.law)], fields[static_cast<int>(scene.field)]),
+        {"exchange", fmt::format("{}: pose and velocity in, the last command out", planned.device), durations(exchange)},
+        {"contact", fmt::format("{} points into cells of {} mm, law {}, field {}", shell.point_count, 1e3 * planned.map().voxel,
+                                law_name(config.contact.law), field_name(config.contact.field)),
          durations(contact)},
-        {"coupling", felt + (config.coupling.kind == VXS_COUPLING_QUASI_STATIC ? fmt::format(", contact evaluated up to {} times", config.coupling.evaluations) : ", six axes"),
+        {"coupling", planned.coupling + (config.coupling.kind == VXS_COUPLING_QUASI_STATIC ? fmt::format(", contact evaluated up to {} times", config.coupling.evaluations) : ", six axes"),
          durations(couple)},
         {"tick", fmt::format("contact, coupling, clamp to {} N{}: the whole of it", config.max_force, guards), durations(whole)},
     };

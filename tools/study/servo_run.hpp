@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A scene on a simulated device through the runtime's own servo: in virtual time, or on the servo thread.
+// A plan on a simulated device through the runtime's own servo: in virtual time, or on the servo thread.
 #pragma once
 
 #include "cli/progress.hpp"
-#include "scene/scene_file.hpp"
 #include "study/durations.hpp"
+#include "study/planned_servo.hpp"
 #include "study/trace.hpp"
-
-#include "voxshell/pointshell.h"
-#include "voxshell/voxmap.h"
 
 #include <array>
 #include <optional>
@@ -18,7 +15,6 @@
 namespace voxshell {
 
 struct RunOptions {
-    std::string device; ///< "sim:NAME"
     double seconds = 0;
     bool realtime = false; ///< on the servo thread, at the wall clock's rate; otherwise virtual time, and as fast as it goes
     bool keep_rows = false; ///< fill ServoRun::rows
@@ -30,7 +26,6 @@ struct Stage {
 };
 
 struct ServoRun {
-    std::string coupling; ///< "pt2 5 Hz"
     std::uint64_t ticks = 0;
     double collision_peak = 0, output_peak = 0; ///< |force| [N]
     double output_mean = 0;                     ///< |force| over the ticks in contact [N]
@@ -55,14 +50,12 @@ struct ServoRun {
     std::vector<TraceRow> rows;
 };
 
-/// Runs the loop: options.seconds at the scene's rate, the device armed at the start of the hand's path. Throws
-/// Failure: usage (no such device; seconds), invalid (a coupling that the rate does not carry), interrupted.
-ServoRun run_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell, const RunOptions &options,
-                   Progress &progress);
+/// Runs the loop: options.seconds at the plan's rate, the device armed at the start of the hand's path. Throws
+/// Failure: usage (no such device; seconds), interrupted.
+ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress);
 
 /// What runs in a tick, in order, each stage measured alone along the same hand's path.
-std::vector<Stage> explain_servo(const SceneFile &scene, const vxs_voxmap &map, const vxs_pointshell &shell,
-                                 const RunOptions &options, Progress &progress);
+std::vector<Stage> explain_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress);
 
 /// Name of flag bit n ("deep", "saturated"), empty for none such.
 std::string flag_name(unsigned bit);

@@ -234,7 +234,6 @@ TEST_CASE("guards: safe by default, a list replaces them")
           "/guards/0/damping: unknown key; did you mean \"most_damping\"?");
     CHECK(refusal(guarded(R"([{"kind": "passivity", "most_damping": "0Ns/m"}])")) ==
           "/guards/0/most_damping: must be 1e-12Ns/m to 1e+12Ns/m");
-    CHECK(refusal(guarded(R"([{"kind": "passivity", "delay": 0.5}])")).starts_with("/guards/0: its constants do not go together"));
     CHECK(refusal(guarded(R"({"kind": "slew"})")).starts_with("/guards: must be a list"));
     const auto effects = [](const std::string &list) { return with("\"hand\"", "\"effects\": " + list + ", \"hand\""); };
     CHECK(refusal(effects(R"([{"kind": "slew"}])")) == "/effects/0/kind: is a guard: it belongs into \"guards\"");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "study/scene_contact.hpp"
+#include "plan/scene_contact.hpp"
 
 #include "plan/memory.hpp"
 

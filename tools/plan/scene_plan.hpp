@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene compiled for a device: all that its servo needs (formats/plan.md).
+#pragma once
+
+#include "plan/plan_file.hpp"
+#include "plan/scene_coupling.hpp"
+#include "scene/scene_file.hpp"
+
+#include <span>
+#include <string>
+
+namespace voxshell {
+
+struct PlannedAsset {
+    std::string name; ///< file name
+    Sha256 content_hash{};
+};
+
+/// device: "sim:NAME". contact: asked where the coupling is to be designed. source_hash and meta are the caller's. Throws Failure:
+/// usage (no such device), invalid (with the place in the scene), requirement (a design that is unstable with an arm that counts).
+PlanFile scene_plan(const SceneFile &scene, const std::string &device, const PlannedAsset &statics, const PlannedAsset &dynamic,
+                    const SceneContact &contact);
+
+/// The hand's path that a plan holds; no keyframe if it holds none.
+HandPath hand_of(std::span<const vxs_plan_keyframe> keyframes);
+
+} // namespace voxshell
