@@ -43,7 +43,7 @@ class Simulate(command.CommandTest):
     def test_press(self):
         self.run_voxshell('convert', 'cup_press.scene.json', '-o', 'assets', out='cup_press/static: .*cup_press/dynamic: ')
         self.assertEqual(self.listing(self.path('assets')),
-                         ['cup_press.pointshell', 'cup_press.vdb', 'cup_press.voxmap'])
+                         ['cup_press.plan', 'cup_press.pointshell', 'cup_press.vdb', 'cup_press.voxmap'])
         self.simulate('--assets', 'assets', '--trace', 'a.csv', '--quiet', err='',
                       out=r'cup_press: 2\.28 s, 2 280 ticks at 1000 Hz on sim:phantom-premium-1\.5, held by a hand')
         rows = steps(self.path('a.csv'))
