@@ -59,6 +59,17 @@ static vxs_result check_effects(const vxs_servo_config *config)
     return VXS_OK;
 }
 
+double vxsi_lever(const vxs_servo_config *config)
+{
+    double square = 0;
+    vxs_pose center = vxs_pose_identity();
+    for (int i = 0; i < 3; i++) center.position[i] = (double)config->shell->center[i];
+    vxs_pose_compose(&config->grip, &center, &center);
+    for (int i = 0; i < 3; i++) square += center.position[i] * center.position[i];
+    double arm = 1 + sqrt(square) / config->shell->radius;
+    return 1 + arm * arm;
+}
+
 /* One body at most, and one that nothing shakes. */
 static vxs_result check_body(const vxs_servo_config *config)
 {

@@ -89,6 +89,10 @@ extern const uint32_t vxsi_servo_table_size;
 
 enum { VXSI_STAGE_MOST = 32 };
 
+/* For stiffness: what 1 N/m at the farthest point of the shell is about the tip, 1 + a^2 with a its distance
+ * over the shell's radius. */
+double vxsi_lever(const vxs_servo_config *config);
+
 /* The row of an effect, NULL for none such. */
 const vxsi_stage *vxsi_stage_of(uint32_t effect);
 

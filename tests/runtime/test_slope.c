@@ -136,6 +136,11 @@ static void check_refusals(void)
     friction->as.friction.stiffness = 1000;
     friction->as.friction.damping = 100;
     CHECK_INT(vxs_servo_config_check(config), VXS_TOO_STIFF);
+    friction->as.friction.damping = 1;
+    vxs_effect *drag = bench_effect(&s.b, VXS_EFFECT_VISCOSITY);
+    CHECK_INT(vxs_servo_config_check(config), VXS_OK);
+    drag->as.viscosity.damping = 100;
+    CHECK_INT(vxs_servo_config_check(config), VXS_TOO_STIFF);
     s.b.effects[0] = s.b.effects[1]; /* without inertia nothing is too stiff */
     config->effect_count = 4;
     s.b.effects[1].kind = VXS_EFFECT_START_INSIDE;

@@ -48,8 +48,9 @@
  *                 the order T^2. What pushes it from outside is explicit: with C = the largest eigenvalue
  *                 of the inverse mass at the tip [1/kg] (1/m of a ball that is gripped in its middle),
  *                 contact is bounded by most_stiffness = 1 / (4 C T^2) where the config does not say less,
- *                 and friction is refused (VXS_TOO_STIFF) beyond (k_t + b_t / T) (1 + a^2) C T^2 = 1, a the
- *                 reach of the shell from the tip over its radius: 1 where the tip is in its middle.
+ *                 and an effect (friction, viscosity, proximity) is refused (VXS_TOO_STIFF) whose
+ *                 (k_t + b_t / T) (1 + a^2) C T^2 is above 1, a the reach of the shell from the tip over its
+ *                 radius: 1 where the tip is in its middle.
  *   GRAVITY       the object's weight: mass times acceleration, at the centre of mass. Conservative.
  *   VISCOSITY     Stokes' drag of a medium: force -damping v at the middle, torque -turning w. A command is
  *                 held over the sample T, so it damps a felt mass m only below 2 m / T without a delay, and

@@ -66,17 +66,10 @@ static void attach(void *self, vxs_servo *servo)
     servo->config.contact.loads = &((friction *)self)->loads;
 }
 
-/* At a point of the shell at worst. */
 static double stiffness(const vxs_effect *effect, const vxs_servo_config *config)
 {
-    double square = 0, radius = config->shell->radius;
-    vxs_pose center = vxs_pose_identity();
-    for (int i = 0; i < 3; i++) center.position[i] = (double)config->shell->center[i];
-    vxs_pose_compose(&config->grip, &center, &center);
-    for (int i = 0; i < 3; i++) square += center.position[i] * center.position[i];
-    double arm = 1 + sqrt(square) / radius;
     return (effect->as.friction.stiffness + effect->as.friction.damping / config->coupling.sample_time) *
-           (1 + arm * arm);
+           vxsi_lever(config);
 }
 
 static void reset(void *self, const vxs_pose *tip)

@@ -41,6 +41,11 @@ static vxs_result fits(const vxs_effect *effect, const vxs_servo_config *config)
     return VXS_OK;
 }
 
+static double stiffness(const vxs_effect *effect, const vxs_servo_config *config)
+{
+    return effect->as.proximity.damping * vxsi_lever(config) / config->coupling.sample_time;
+}
+
 static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config *config)
 {
     proximity *p = self;
@@ -143,6 +148,7 @@ const vxsi_stage vxsi_stage_proximity = {.effect = VXS_EFFECT_PROXIMITY,
                                          .constants = constants,
                                          .constant_count = sizeof constants / sizeof *constants,
                                          .fits = fits,
+                                         .stiffness = stiffness,
                                          .set_up = set_up,
                                          .attach = attach,
                                          .reset = reset,

@@ -20,6 +20,14 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
     vxsi_motion_set_up(&v->motion, config);
 }
 
+static double stiffness(const vxs_effect *effect, const vxs_servo_config *config)
+{
+    const double radius = config->shell->radius;
+    return (effect->as.viscosity.damping * vxsi_lever(config) +
+            effect->as.viscosity.turning / (radius * radius)) /
+           config->coupling.sample_time;
+}
+
 static void reset(void *self, const vxs_pose *tip)
 {
     (void)tip;
@@ -45,6 +53,7 @@ const vxsi_stage vxsi_stage_viscosity = {.effect = VXS_EFFECT_VISCOSITY,
                                          .size = sizeof(viscosity),
                                          .constants = constants,
                                          .constant_count = sizeof constants / sizeof *constants,
+                                         .stiffness = stiffness,
                                          .set_up = set_up,
                                          .reset = reset,
                                          .run = run};
