@@ -59,7 +59,9 @@ static vxs_result check_effects(const vxs_servo_config *config)
     return VXS_OK;
 }
 
-double vxsi_lever(const vxs_servo_config *config)
+/* What 1 N/m at the farthest point of the shell is about the tip: 1 + a^2, a its distance over the shell's
+ * radius. */
+static double lever_of(const vxs_servo_config *config)
 {
     double square = 0;
     vxs_pose center = vxs_pose_identity();
@@ -83,7 +85,8 @@ static vxs_result check_body(const vxs_servo_config *config)
     for (uint32_t n = 0; n < config->effect_count; n++) {
         const vxsi_stage *stage = vxsi_stage_of(config->effects[n].kind);
         if (stage->stiffness &&
-            stage->stiffness(&config->effects[n], config) * compliance * square > VXSI_EFFECT_SHARE)
+            stage->stiffness(&config->effects[n], config) * lever_of(config) * compliance * square >
+                VXSI_EFFECT_SHARE)
             return VXS_TOO_STIFF;
     }
     return VXS_OK;

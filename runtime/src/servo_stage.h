@@ -61,7 +61,8 @@ typedef struct vxsi_stage {
     size_t (*extra)(const vxs_effect *effect, const vxs_servo_config *config); /* more bytes of self */
     /* Of a stage with a pose of its own: how much a stiffness at its tip moves it at most [1/kg], in the
      * measure of contact.h's most_stiffness. Of others: what they have of such a stiffness, damping / T
-     * counted in. The servo refuses more than a body can be stepped with. Optional. */
+     * counted in, at
+     * the shell's points. The servo refuses more than a body can be stepped with. Optional. */
     double (*compliance)(const vxs_effect *effect, const vxs_servo_config *config);
     double (*stiffness)(const vxs_effect *effect, const vxs_servo_config *config);
     /* config is the servo's, without effects. */
@@ -88,10 +89,6 @@ extern const uint32_t vxsi_servo_table_size;
 #define VXSI_EFFECT_SHARE 1.0
 
 enum { VXSI_STAGE_MOST = 32 };
-
-/* For stiffness: what 1 N/m at the farthest point of the shell is about the tip, 1 + a^2 with a its distance
- * over the shell's radius. */
-double vxsi_lever(const vxs_servo_config *config);
 
 /* The row of an effect, NULL for none such. */
 const vxsi_stage *vxsi_stage_of(uint32_t effect);

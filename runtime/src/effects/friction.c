@@ -68,8 +68,7 @@ static void attach(void *self, vxs_servo *servo)
 
 static double stiffness(const vxs_effect *effect, const vxs_servo_config *config)
 {
-    return (effect->as.friction.stiffness + effect->as.friction.damping / config->coupling.sample_time) *
-           vxsi_lever(config);
+    return effect->as.friction.stiffness + effect->as.friction.damping / config->coupling.sample_time;
 }
 
 static void reset(void *self, const vxs_pose *tip)

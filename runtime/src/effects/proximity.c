@@ -43,7 +43,7 @@ static vxs_result fits(const vxs_effect *effect, const vxs_servo_config *config)
 
 static double stiffness(const vxs_effect *effect, const vxs_servo_config *config)
 {
-    return effect->as.proximity.damping * vxsi_lever(config) / config->coupling.sample_time;
+    return effect->as.proximity.damping / config->coupling.sample_time;
 }
 
 static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config *config)

@@ -23,8 +23,7 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
 static double stiffness(const vxs_effect *effect, const vxs_servo_config *config)
 {
     const double radius = config->shell->radius;
-    return (effect->as.viscosity.damping * vxsi_lever(config) +
-            effect->as.viscosity.turning / (radius * radius)) /
+    return (effect->as.viscosity.damping + effect->as.viscosity.turning / (radius * radius)) /
            config->coupling.sample_time;
 }
 
