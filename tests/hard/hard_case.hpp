@@ -56,8 +56,6 @@ struct Case {
     double bound;
     std::function<bool(const Pair &)> claims; ///< whether the bound must hold
     std::function<void(const Pair &, const Options &, Measured &)> run;
-    /// A pair that misses the bound it claims, and why: shown, and the suite fails once it holds.
-    std::function<const char *(const Pair &)> misses = {};
 };
 
 bool all(const Pair &pair);

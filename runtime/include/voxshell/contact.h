@@ -22,6 +22,20 @@
  *
  *   gradient  along the gradient of the map's distance at p; with the field distance only
  *
+ * Energy: gradient is the slope of one, to the step of the map's distances. The directions of the others are
+ * the shell's, and lean against the wall: by as much as points are spread unevenly (2 % with original, 4 to 7
+ * % with average and patch, whose mean counts points), and, with surface and layers on a wall that is tilted
+ * against the grid, by another way in each cell (up to 26 %). On a way along a wall that is e F a metre,
+ * taken or given: moved 7.6 depths along and lifted there, a ball gives back what it took and 0.4
+ * (original), 1.6 (average) or 1.2 (patch) of that besides (tests/hard, case energy). Only the guard
+ * PASSIVITY bounds it (effect.h; case energy_guarded: with every law).
+ *
+ * Edges: a point is one for all faces in its cell, and pushes with their whole area along one direction.
+ * Where a good part of a contact is edges, in a slot or hole, original, average and patch push too much by
+ * that part, with surface and layers also by up to a cell past the rim of a wall: the cases slot and
+ * peg_in_hole are claimed by patch within 10 % with distance (peg_in_hole: and layers). Within a cell of a
+ * valley or ridge of the static part the direction of gradient turns from one face's to the other's.
+ *
  * Fields, for a point in a cell with centre c:
  *
  *   surface   (paper) collides in a surface cell; d = max(0, (c - p) . n). In an interior cell it is

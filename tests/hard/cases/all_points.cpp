@@ -24,6 +24,7 @@ void run(const Pair &pair, const Options &, Measured &m)
 
 } // namespace
 
+// The bound: by definition, no point pushes from deeper than its field reaches.
 extern const Case all_points{
     "all_points",
     "a leaf within one layer of cells, and a ball deep inside a block: every point collides or is deep",

@@ -34,11 +34,13 @@ void run(const Pair &pair, const Options &, Measured &m)
 
 } // namespace
 
+// The bound: 17 km in double are off by 2e-12 m, of a mean depth of 0.2 h 1e-8; depths and normals of
+// channels are rounded to float32, 6e-8 each; force and torque once, in each of the two places.
 extern const Case far_away{
     "far_away",
     "a floor and a ball 10 km from the origin on each axis, by pose and by vertices: the same as here",
     "wrench off the one here",
-    1e-6,
+    3e-7,
     all,
     run};
 

@@ -23,6 +23,8 @@ void run(const Pair &pair, const Options &, Measured &m)
 
 } // namespace
 
+// The bound: the middle of the surface cells is at most half a cell off the wall; looked for in steps of
+// 0.01.
 extern const Case grid_planes{"grid_planes",
                               "a floor whose top is a grid plane, or between two: where force begins",
                               "off the top [cells]",

@@ -40,11 +40,13 @@ void run(const Pair &pair, const Options &, Measured &m)
 
 } // namespace
 
+// The bound: a rotation from a quaternion that is normalised is off by some 8 ulp (2e-15), at a lever of 11
+// mm over a mean depth of 0.1 mm 2e-13.
 extern const Case quaternions{
     "quaternions",
     "orientations of any length and either sign, and a device that flips the sign in every tick",
     "wrench off that of the unit quaternion",
-    1e-9,
+    1e-12,
     all,
     run};
 

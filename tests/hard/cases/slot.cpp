@@ -29,19 +29,16 @@ void run(const Pair &pair, const Options &, Measured &m)
 
 } // namespace
 
+// The bound: the project's bar, within 10 % of the analytic elastic foundation. Claimed with distance only:
+// cells do not end where a wall does, its last one reaches half a cell past the rim here (6 % of the wall's
+// height), and a point on the plate's edges stands for both faces and pushes with the area of both (12 % more
+// than the side has). A law cannot take that back: no point says how much of its area is whose.
 extern const Case slot{
     "slot",
     "a plate 0.2 mm too thick on either side, moved sideways in its slot: both walls push at once",
     "force off the elastic foundation's, of the largest",
     0.1,
-    keeps_opposed,
-    run,
-    [](const Pair &pair) {
-        return pair.law == VXS_CONTACT_PATCH && !reads_distance(pair)
-                   ? "the plate's own edges lie in the walls' cells and push along their faces; and a wall's "
-                     "cells reach "
-                     "up to a cell past its rim"
-                   : nullptr;
-    }};
+    keeps_slanted,
+    run};
 
 } // namespace hard
