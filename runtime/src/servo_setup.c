@@ -220,3 +220,12 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     *out = servo;
     return result;
 }
+
+const char *vxs_servo_stage_at(uint32_t index, uint32_t *effect, const char **reads)
+{
+    if (index >= vxsi_servo_table_size) return NULL;
+    const vxsi_stage *stage = vxsi_servo_table[index];
+    if (effect) *effect = stage->effect;
+    if (reads) *reads = stage->reads;
+    return stage->name;
+}

@@ -2,6 +2,7 @@
 """A scene's plan: written beside its assets, the same bytes every time, the same run as the scene, and refused with other assets."""
 import json
 import pathlib
+import re
 import shutil
 
 import command
@@ -86,6 +87,55 @@ class Plan(command.CommandTest):
         self.refused(2, r'a\.voxmap: ', 'bare.plan', '-q', verb='simulate')
         self.run_voxshell('export', 'a/press.plan', '-o', 'x.csv', code=5, err=r'a plan has no cells and no points')
         self.refused(1, r'is a plan, ', 'a/press.voxmap', 'a/press.plan', verb='diff')
+
+    def test_nothing_unasked(self):
+        """An effect that reads nothing of the assets leaves their bytes as they are; one that needs a channel has it."""
+        self.convert('press', 'bare')
+        bare = self.digests(self.path('bare'))
+        assets = {name: digest for name, digest in bare.items() if not name.endswith('.plan')}
+        self.assertEqual(len(assets), 3)
+        for kind in ('viscosity', 'gravity', 'friction', 'contact-damping', 'workspace'):
+            self.scene('press', effects=[{'kind': kind}])
+            self.convert('press', kind)
+            with_effect = self.digests(self.path(kind))
+            self.assertEqual({**with_effect, **assets}, with_effect, kind)
+            self.assertNotEqual(with_effect['press.plan'], bare['press.plan'])
+            self.assertEqual(self.trace(f'{kind}/press.plan'), self.trace('press.scene.json'))
+        self.scene('press', effects=[{'kind': 'proximity', 'reach': '5mm'}])
+        self.convert('press', 'near')
+        near = self.digests(self.path('near'))
+        self.assertEqual(near['press.pointshell'], bare['press.pointshell'])
+        channels = lambda folder: json.loads(self.run_voxshell('inspect', f'{folder}/press.voxmap', '--format', 'json').stdout)['channels']
+        self.assertEqual((channels('bare'), channels('near')), ([], ['distance']))
+        self.trace('near/press.plan')
+        self.scene('press', effects=[{'kind': 'proximity', 'reach': '1m'}])
+        self.refused(3, r'/effects: one looks 1 m far into the distances around a surface, and they reach 64 voxels: 0\.128 m', 'press.scene.json', '-o', 'far', '-q')
+        self.scene('press', effects=[{'kind': 'proximity', 'reach': '5mm'}])
+        done = self.run_voxshell('convert', 'press.scene.json', '-o', 'told', '--explain')
+        self.assertRegex(done.stdout, r'DIST +[\d ]+ bytes  an effect that looks 5 mm far')
+        for name in ('voxmap', 'pointshell', 'plan'):
+            block = re.search(rf'press\.{name} .*?padding to 64', done.stdout, re.S)[0]
+            total = sum(int(n.replace(' ', '')) for n in re.findall(r' ([\d ]+) bytes', block))
+            self.assertEqual(total, pathlib.Path(self.path('told', f'press.{name}')).stat().st_size)
+
+    def test_weight_of_the_object(self):
+        """A ball of a density: gravity and inertia take its mass, and its tensor is that of a ball."""
+        effects = [{'kind': 'gravity'}, {'kind': 'inertia'}]
+        self.scene('press', dynamic=[{'file': 'ball.stl', 'unit': 'mm', 'density': '1g/cm^3'}], effects=effects, coupling={'kind': 'none'})
+        self.convert('press', 'a')
+        self.trace('a/press.plan')
+        said = json.loads(self.run_voxshell('inspect', 'a/press.plan', '--format', 'json').stdout)['effects']
+        constants = {effect['kind']: effect['constants'] for effect in said}
+        volume = json.loads(self.run_voxshell('convert', 'ball.stl', '--unit', 'mm', '--voxel', '2mm', '-o', 'b', '--format', 'json').stdout)['parts'][0]['volume_m3']
+        mass = 1000 * volume
+        self.assertAlmostEqual(constants['gravity'][0] / mass, 1, 6)
+        self.assertAlmostEqual(constants['inertia'][0] / mass, 1, 6)
+        for moment in constants['inertia'][4:7]:  # of a coarse ball of 12 mm: a few percent below 2/5 m r^2
+            self.assertLess(abs(moment / (0.4 * mass * 0.012**2) - 0.96), 0.04)
+        self.scene('press', dynamic=[{'file': 'ball.stl', 'unit': 'mm', 'density': '1g/cm^3'}], effects=[{'kind': 'gravity', 'mass': '7g'}])
+        self.convert('press', 'c')
+        said = json.loads(self.run_voxshell('inspect', 'c/press.plan', '--format', 'json').stdout)['effects']
+        self.assertEqual([e['constants'][0] for e in said if e['kind'] == 'gravity'], [0.007])
 
     def test_inspect_and_diff(self):
         self.convert('press', 'a')

@@ -2,6 +2,7 @@
 // voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes
 // the cells and what moves the points, and all that its servo needs besides NAME.plan.
 #include "cli/convert_extra.hpp"
+#include "cli/explain_assets.hpp"
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
@@ -9,6 +10,8 @@
 #include "pipeline/convert_scene.hpp"
 #include "pipeline/estimate.hpp"
 #include "pipeline/output.hpp"
+#include "plan/scene_plan.hpp"
+#include "scene/example_scene.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -32,7 +35,7 @@ struct ConvertOptions : SharedOptions, ExtraOptions {
     double voxel = 0;           ///< [m]; 0: not given, or chosen
     bool voxel_auto = false;    ///< --voxel auto
     double weld = 0;            ///< [m]
-    bool inspect_mesh = false;
+    bool inspect_mesh = false, explain = false;
     double close_gap = 0; ///< [m]
 };
 
@@ -198,12 +201,21 @@ class Convert {
             return;
         }
         const SceneFile scene = read_scene(input.path);
+        check_scene(scene);
         const SceneGeometry geometry = read_geometry(scene);
         const SceneParts parts = convert_scene(scene, geometry, options, *progress_);
+        const Bytes plan = plan_of(scene, geometry, parts);
         write(input, scene.voxel,
               {{parts.statics.name, geometry.statics.source_hash, parts.statics},
                {parts.dynamic.name, geometry.dynamic.source_hash, parts.dynamic}},
-              parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell, plan_of(scene, parts));
+              parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell, plan);
+        if (!o_.explain || o_.json) return;
+        fmt::print("why each byte is there:\n");
+        explain_asset(scene, input.name + ".voxmap", parts.statics.voxmap);
+        explain_asset(scene, input.name + ".pointshell", parts.dynamic.pointshell);
+        explain_asset(scene, input.name + ".plan", plan);
+        fmt::print("  {:<24}      {:>12} bytes  people and other programs: no run reads it\n", input.name + ".vdb",
+                   format_count(parts.statics.vdb.size()));
     }
 
     using Bytes = std::vector<std::uint8_t>;
@@ -295,6 +307,7 @@ class Convert {
             return;
         }
         const SceneFile scene = read_scene(input.path);
+        check_scene(scene);
         const SceneGeometry geometry = read_geometry(scene);
         foresee(input, input.name + "/static", geometry.statics, scene.voxel);
         foresee(input, input.name + "/dynamic", geometry.dynamic, scene.voxel);
@@ -354,6 +367,15 @@ VerbAction add_convert(CLI::App &verb)
                     "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, "
                     "NAME.pointshell, a scene NAME.plan too")
         ->required();
+    verb.add_flag("--explain", o->explain, "of a scene: each section of its files with its bytes, and what reads it");
+    verb.add_flag_callback(
+            "--example-scene",
+            [] {
+                fmt::print("{}", example_scene());
+                throw CLI::Success();
+            },
+            "print a scene with a comment on all that it can say, and end")
+        ->trigger_on_parse();
     verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")
         ->required()
         ->type_name("DIR");

@@ -131,6 +131,8 @@ int run(int argc, char **argv)
     } catch (const CLI::CallForVersion &) {
         fmt::print("voxshell " VOXSHELL_VERSION "\n");
         return 0;
+    } catch (const CLI::Success &) {
+        return 0; // an option that prints and ends
     } catch (const CLI::ParseError &error) {
         return complain(chosen, Failure(ExitCode::usage, "", error.what()));
     } catch (...) {

@@ -62,6 +62,7 @@ SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::
         outputs.add(folder / (scene_name(scene.path) + ".pointshell"), parts.dynamic.pointshell);
         outputs.commit();
     }
+    mass = scene_mass(scene, geometry.dynamic);
     voxmap_ = open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics);
     pointshell_ = open(folder, scene, ".pointshell", VXS_ASSET_POINTSHELL, geometry.dynamic);
     vxs_voxmap_open(&voxmap_->asset(), &map);

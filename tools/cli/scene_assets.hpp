@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ class SceneAssets {
 
     vxs_voxmap map{};
     vxs_pointshell shell{};
+    std::optional<MassProperties> mass; ///< scene_mass()
     const AssetFile &statics() const { return *voxmap_; }
     const AssetFile &dynamic() const { return *pointshell_; }
 

@@ -127,21 +127,40 @@ json summary(const PlannedServo &planned, const std::string &name, const ServoRu
     return out;
 }
 
+/// The stages that are always there, measured alone, then all stages in their order.
 void explain(const PlannedServo &planned, const RunOptions &options, Progress &progress, json &out, bool as_json)
 {
     const std::vector<Stage> stages = explain_servo(planned, options, progress);
-    if (!as_json) {
-        fmt::print("in each tick, {:.0f} us apart, each stage measured alone:\n", 1e6 / planned.rate);
-    }
+    const std::vector<EffectCost> effects = effect_costs(planned, options, progress);
     for (const Stage &stage : stages) {
-        if (as_json) {
-            json entry = durations_json(stage.ns);
-            entry["stage"] = stage.name;
-            entry["what"] = stage.what;
-            out["explain"].push_back(entry);
-        } else {
-            fmt::print("  {:<9} {:>8.2f} us (p99 {:.2f})  {}\n", stage.name, stage.ns.p50 / 1e3, stage.ns.p99 / 1e3, stage.what);
-        }
+        json entry = durations_json(stage.ns);
+        entry["stage"] = stage.name;
+        entry["what"] = stage.what;
+        out["explain"].push_back(entry);
+    }
+    out["effects"] = json::array();
+    for (const EffectCost &effect : effects) {
+        out["effects"].push_back({{"effect", effect.name}, {"in", effect.is_in}, {"reads", effect.reads},
+                                  {"ns", effect.ns ? json(*effect.ns) : json(nullptr)}, {"why_not", effect.why_not}});
+    }
+    if (as_json) return;
+    fmt::print("in each tick, {:.0f} us apart, each stage measured alone:\n", 1e6 / planned.rate);
+    for (const Stage &stage : stages) {
+        fmt::print("  {:<9} {:>8.2f} us (p99 {:.2f})  {}\n", stage.name, stage.ns.p50 / 1e3, stage.ns.p99 / 1e3, stage.what);
+    }
+    const auto found = [&](const std::string &name) { return std::ranges::find(effects, name, &EffectCost::name); };
+    fmt::print("its stages in order, an effect's cost by a tick with it less one without:\n");
+    const char *reads = nullptr;
+    std::uint32_t kind = 0;
+    for (std::uint32_t n = 0; const char *name = vxs_servo_stage_at(n, &kind, &reads); ++n) {
+        if (!kind) fmt::print("  {:<16} always     reads {}\n", name, reads);
+        if (kind && found(name)->is_in) fmt::print("  {:<16} {:>+7.0f} ns reads {}\n", name, found(name)->ns.value_or(0), reads);
+    }
+    fmt::print("left out, and what each would cost as by default:\n");
+    for (const EffectCost &effect : effects) {
+        if (effect.is_in) continue;
+        fmt::print("  {:<16} {} reads {}\n", effect.name, effect.ns ? fmt::format("{:>+7.0f} ns", *effect.ns) : "     not ok", effect.reads);
+        if (!effect.ns) fmt::print("  {:<16} ({})\n", "", effect.why_not);
     }
 }
 
@@ -167,11 +186,12 @@ void read_plan_file(const SimulateOptions &o, Given &given)
 void plan_scene(const SimulateOptions &o, Progress &progress, Given &given)
 {
     const SceneFile scene = read_scene(o.scene);
+    if (o.device.empty()) check_scene(scene);
     given.name = scene_name(scene.path);
     const SceneAssets &assets = given.of_scene.emplace(scene, o.assets, o.max_memory.value_or(0), progress);
     given.assets = {assets.statics().asset(), assets.dynamic().asset()};
     given.plan = scene_plan(scene, o.device.empty() ? scene.device : o.device, {given.name + ".voxmap", assets.statics().content_hash()},
-                            {given.name + ".pointshell", assets.dynamic().content_hash()}, scene_contact(scene, assets.map, assets.shell));
+                            {given.name + ".pointshell", assets.dynamic().content_hash()}, scene_contact(scene, assets.map, assets.shell), assets.mass);
 }
 
 ExitCode simulate(const SimulateOptions &o)

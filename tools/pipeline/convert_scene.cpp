@@ -4,6 +4,7 @@
 #include "container/container.hpp"
 #include "plan/memory.hpp"
 #include "plan/scene_contact.hpp"
+#include "plan/scene_effects.hpp"
 #include "plan/scene_plan.hpp"
 
 #include "voxshell/pointshell.h"
@@ -15,6 +16,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <optional>
 
@@ -141,7 +143,15 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     with_voxel.voxel = scene.voxel;
     constexpr int reach = 3; // [cells]: deeper than that a hand has lost the wall
     ChannelRequest &channels = with_voxel.channels;
-    if (scene.field == ContactField::distance && channels.distance_cells == 0) channels.distance_cells = reach;
+    if (channels.distance_cells == 0) {
+        const double looked_at = std::ceil(distance_reach(scene) / scene.voxel * (1 + 1e-9)); // never a bit short of it
+        if (looked_at > most_distance_cells) {
+            throw Failure(ExitCode::invalid, scene.path.string(),
+                          fmt::format("/effects: one looks {:g} m far into the distances around a surface, and they reach {} voxels: {:g} m", distance_reach(scene),
+                                      most_distance_cells, most_distance_cells * scene.voxel));
+        }
+        channels.distance_cells = std::max(looked_at, scene.field == ContactField::distance ? double{reach} : 0.0);
+    }
     if (scene.field == ContactField::layers && channels.layers == 0) channels.layers = reach;
     PartOptions moving = with_voxel;
     moving.stands = false;
@@ -154,7 +164,7 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     return parts;
 }
 
-std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneParts &parts)
+std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &geometry, const SceneParts &parts)
 {
     const std::string name = scene_name(scene.path);
     std::optional<Made> voxmap, pointshell; // only where a design feels its way
@@ -170,7 +180,7 @@ std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneParts &part
     const SceneContact contact{[&] { return open(), contact_stiffness(scene, map, shell); },
                                [&] { return open(), pushes(scene, map, shell); }};
     PlanFile plan = scene_plan(scene, scene.device, planned(name + ".voxmap", parts.statics.voxmap),
-                               planned(name + ".pointshell", parts.dynamic.pointshell), contact);
+                               planned(name + ".pointshell", parts.dynamic.pointshell), contact, scene_mass(scene, geometry.dynamic));
     plan.source_hash = scene.source_hash;
     plan.meta = nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}}.dump();
     return plan_bytes(plan);

@@ -24,12 +24,12 @@ struct SceneParts {
     Part dynamic; ///< pointshell is the scene's
 };
 
-/// convert_part() for both halves, with the scene's voxel; named NAME/static and NAME/dynamic. `options` says the rest.
+/// convert_part() for both halves, with the scene's voxel and the channels that its field and its effects read; named NAME/static and NAME/dynamic. `options` says the rest.
 SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, const PartOptions &options,
                          Progress &progress);
 
 /// The scene's plan for its device and these parts: NAME.plan, for NAME.voxmap and NAME.pointshell beside it. Throws as
 /// scene_plan().
-std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneParts &parts);
+std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &geometry, const SceneParts &parts);
 
 } // namespace voxshell

@@ -113,6 +113,13 @@ vxs_plan_keyframe planned(const HandPath::Keyframe &from)
     return keyframe;
 }
 
+vxs_simulated_config device_of(const SceneFile &scene, const std::string &name)
+{
+    vxs_simulated_config config = simulated_device(name, scene.rate);
+    config.arm = *vxs_simulated_arm_named(scene.arm.c_str());
+    return config;
+}
+
 Point point(const double v[3])
 {
     return {v[0], v[1], v[2]};
@@ -121,10 +128,9 @@ Point point(const double v[3])
 } // namespace
 
 PlanFile scene_plan(const SceneFile &scene, const std::string &device, const PlannedAsset &statics, const PlannedAsset &dynamic,
-                    const SceneContact &contact)
+                    const SceneContact &contact, const std::optional<MassProperties> &mass)
 {
-    vxs_simulated_config simulated = simulated_device(device, scene.rate);
-    simulated.arm = *vxs_simulated_arm_named(scene.arm.c_str());
+    const vxs_simulated_config simulated = device_of(scene, device);
     const vxs_device_caps caps = caps_of(simulated, device);
     PlanFile plan;
     vxs_plan_info &info = plan.info;
@@ -137,9 +143,28 @@ PlanFile scene_plan(const SceneFile &scene, const std::string &device, const Pla
     put_text(info.device, device);
     put_text(info.arm, scene.arm);
     plan.assets = {planned(VXS_PLAN_ROLE_STATIC, statics), planned(VXS_PLAN_ROLE_DYNAMIC, dynamic)};
-    for (const vxs_effect &effect : scene_effects(scene, caps)) plan.effects.push_back(planned(effect));
+    for (const vxs_effect &effect : scene_effects(scene, {caps, mass ? &*mass : nullptr})) plan.effects.push_back(planned(effect));
     for (const HandPath::Keyframe &keyframe : scene.hand.keyframes) plan.hand.push_back(planned(keyframe));
     return plan;
+}
+
+std::optional<MassProperties> scene_mass(const SceneFile &scene, const Scene &dynamic)
+{
+    if (!asks_for_mass(scene)) return std::nullopt;
+    return mass_properties(flatten(dynamic), scene.dynamic.density);
+}
+
+void check_scene(const SceneFile &scene)
+{
+    vxs_simulated_config simulated;
+    try {
+        simulated = device_of(scene, scene.device);
+    } catch (const Failure &failure) {
+        throw Failure(ExitCode::invalid, scene.path.string(), std::string("/device: ") + failure.what());
+    }
+    contact_of(scene);
+    design_input(scene, simulated, 1);
+    scene_effects(scene, {caps_of(simulated, scene.device), nullptr});
 }
 
 HandPath hand_of(std::span<const vxs_plan_keyframe> keyframes)

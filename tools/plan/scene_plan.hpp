@@ -3,9 +3,11 @@
 #pragma once
 
 #include "plan/plan_file.hpp"
+#include "mesh/mass.hpp"
 #include "plan/scene_coupling.hpp"
 #include "scene/scene_file.hpp"
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -19,7 +21,13 @@ struct PlannedAsset {
 /// device: "sim:NAME". contact: asked where the coupling is to be designed. source_hash and meta are the caller's. Throws Failure:
 /// usage (no such device), invalid (with the place in the scene), requirement (a design that is unstable with an arm that counts).
 PlanFile scene_plan(const SceneFile &scene, const std::string &device, const PlannedAsset &statics, const PlannedAsset &dynamic,
-                    const SceneContact &contact);
+                    const SceneContact &contact, const std::optional<MassProperties> &mass);
+
+/// What the object of a scene weighs, if an effect asks: of what moves, in the frame of its shell. Throws as mass_properties().
+std::optional<MassProperties> scene_mass(const SceneFile &scene, const Scene &dynamic);
+
+/// All of scene_plan() that no asset is needed for. Throws as it does.
+void check_scene(const SceneFile &scene);
 
 /// The hand's path that a plan holds; no keyframe if it holds none.
 HandPath hand_of(std::span<const vxs_plan_keyframe> keyframes);

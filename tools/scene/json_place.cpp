@@ -204,7 +204,7 @@ JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
         return true;
     };
     try {
-        json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text, watch));
+        json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text, watch, true, true));
     } catch (const nlohmann::json::exception &error) {
         std::string what = error.what(); // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
         what.erase(0, what.find("] ") == std::string::npos ? 0 : what.find("] ") + 2);

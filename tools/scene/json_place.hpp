@@ -58,7 +58,7 @@ private:
     JsonPlace place_;
 };
 
-/// A parsed file. Throws Failure(system) if it cannot be read; Failure(invalid) for text that is not JSON,
+/// A parsed file; comments (// and /* */) are read over. Throws Failure(system) if it cannot be read; Failure(invalid) for text that is not JSON,
 /// doubled keys, nesting deeper than 16 or more than 16 MiB.
 class JsonDocument {
 public:

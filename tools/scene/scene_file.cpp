@@ -59,9 +59,21 @@ Quaternion rotation(const JsonObject &object)
     return found ? direction<4>(*found) : Quaternion{0, 0, 0, 1};
 }
 
-ScenePart part(const JsonPlace &at, const std::filesystem::path &folder)
+/// In any case of letters.
+bool has_ending(const std::filesystem::path &name, std::string_view ending)
 {
-    const JsonObject object(at, {"file", "unit", "up", "pose"});
+    std::string own = name.extension().string();
+    for (char &c : own) {
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    }
+    return own == ending;
+}
+
+ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool moves)
+{
+    std::vector<std::string_view> keys{"file", "unit", "up", "pose"};
+    if (moves) keys.push_back("density");
+    const JsonObject object(at, keys);
     ScenePart result;
     const JsonPlace file = object.get("file");
     const std::filesystem::path name = file.string("a file name");
@@ -77,6 +89,16 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder)
             unit->refuse("must be one of " + units_of(Dimension::length));
         }
         result.import.unit = *metres;
+    }
+    const bool is_stl = has_ending(name, ".stl");
+    if (object.find("unit") && !is_stl) {
+        object.get("unit").refuse("only for STL, glTF is in metres");
+    }
+    if (is_stl && !result.import.unit) {
+        at.refuse("lacks \"unit\": an STL file has none; say \"unit\": \"mm\"");
+    }
+    if (const auto density = object.find("density")) {
+        result.density = positive(*density, Dimension::density);
     }
     if (const auto up = object.find("up")) {
         result.import.z_up = up->choice({"y", "z"}) == 1;
@@ -326,9 +348,9 @@ SceneFile read_scene(const std::filesystem::path &path)
     }
     const std::filesystem::path folder = path.parent_path();
     for (const JsonPlace &item : object.get("static").items(1, 1 << 16)) {
-        scene.statics.push_back(part(item, folder));
+        scene.statics.push_back(part(item, folder, false));
     }
-    scene.dynamic = part(object.get("dynamic").items(1, 1)[0], folder);
+    scene.dynamic = part(object.get("dynamic").items(1, 1)[0], folder, true);
     if (const auto found = object.find("contact")) {
         contact(*found, scene);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The scene file (.scene.json, "voxshell-scene/1"): what stands, what moves, how it feels, and where the hand goes.
+// The scene file (.scene.json, "voxshell-scene/1"; formats/schema/scene.schema.json; `voxshell convert --example-scene`): what stands, what moves, how it feels, and where the hand goes.
 //
 //   {
 //     "scene": "voxshell-scene/1",
@@ -7,7 +7,8 @@
 //     "static":  [{"file": "cup.glb",                  relative, inside the scene's own folder
 //                  "unit": "mm", "up": "z",            STL only / where the file is Z-up
 //                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in glTF
-//     "dynamic": [{"file": "sphere.glb"}],             exactly one
+//     "dynamic": [{"file": "sphere.glb",               exactly one
+//                  "density": "1g/cm^3"}],             for effects that ask what it weighs: mass, com and inertia that they do not say
 //     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
 //         law: original|average|patch|gradient; field: surface|layers|distance (its map gets that channel; with gradient: distance
 //         alone, and of itself); most_stiffness: "5N/mm" bounds the whole contact; weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
@@ -39,7 +40,7 @@
 //        {"t": "2s",   "turn": {"about": ["0mm", "40mm", "0mm"], "axis": [0, 1, 0], "angle": "90deg"}}]}   an arc
 //   }
 //
-// Only voxel, static, dynamic and hand have no default. A value with a dimension is a string with its unit.
+// Comments (// and /* */) are read over. Only voxel, static, dynamic and hand have no default. A value with a dimension is a string with its unit.
 #pragma once
 
 #include "cli/failure.hpp"
@@ -65,6 +66,7 @@ struct ScenePart {
     std::filesystem::path file; ///< the scene's folder / what it says
     ImportOptions import;
     Pose pose; ///< scene from part
+    double density = 0; ///< of what moves [kg/m^3]; 0: not said
 };
 
 /// Where the hand is, over time: straight lines and arcs from one keyframe to the next, constant before the first

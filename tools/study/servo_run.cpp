@@ -241,6 +241,56 @@ void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *se
                     durations_of(status.lateness)};
 }
 
+/// The device's states in the last ticks of a run.
+std::vector<vxs_device_state> states_of(const PlannedServo &planned, std::uint64_t ticks, Progress &progress)
+{
+    constexpr std::uint64_t most_states = 5000;
+    const Simulated simulated(planned);
+    const Servo servo(planned.config);
+    check(vxs_device_arm(simulated.device), planned.device);
+    std::vector<vxs_device_state> states;
+    vxs_device_state state{};
+    vxs_device_command command{};
+    progress.stage("record", ticks);
+    for (std::uint64_t n = 0; n < ticks; ++n) {
+        move_hand(simulated.device, planned.hand.at(static_cast<double>(n) / planned.rate));
+        vxs_device_exchange(simulated.device, &command, &state, nullptr);
+        vxs_servo_tick(servo.servo, &state, &command, nullptr);
+        if (n + most_states >= ticks) states.push_back(state);
+        progress.advance(1);
+        if (n % 256 == 0) progress.check();
+    }
+    return states;
+}
+
+vxs_servo_config with_effects(vxs_servo_config config, const std::vector<vxs_effect> &effects)
+{
+    config.effects = effects.data();
+    config.effect_count = static_cast<std::uint32_t>(effects.size());
+    return config;
+}
+
+/// A tick over these states [ns]. Each pass from rest.
+double tick_ns(const vxs_servo_config &config, const std::vector<vxs_device_state> &states)
+{
+    const Servo servo(config);
+    vxs_device_command command{};
+    const auto begin = Clock::now();
+    for (const vxs_device_state &state : states) vxs_servo_tick(servo.servo, &state, &command, nullptr);
+    return double{ns_since(begin)} / static_cast<double>(states.size());
+}
+
+double difference(const vxs_servo_config &with, const vxs_servo_config &without, const std::vector<vxs_device_state> &states)
+{
+    constexpr int passes = 7;
+    double least_with = std::numeric_limits<double>::infinity(), least_without = least_with;
+    for (int pass = 0; pass < passes; ++pass) { // in turn, so that both meet the same machine
+        least_without = std::min(least_without, tick_ns(without, states));
+        least_with = std::min(least_with, tick_ns(with, states));
+    }
+    return least_with - least_without;
+}
+
 } // namespace
 
 ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress)
@@ -314,6 +364,35 @@ std::vector<Stage> explain_servo(const PlannedServo &planned, const RunOptions &
          durations(couple)},
         {"tick", fmt::format("contact, coupling, clamp to {} N{}: the whole of it", config.max_force, guards), durations(whole)},
     };
+}
+
+std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptions &options, Progress &progress)
+{
+    const std::vector<vxs_device_state> states = states_of(planned, ticks_of(planned, options.seconds), progress);
+    std::vector<EffectCost> costs;
+    std::uint32_t kind = 0;
+    const char *reads = nullptr;
+    progress.stage("effects", 0);
+    for (std::uint32_t n = 0; const char *name = vxs_servo_stage_at(n, &kind, &reads); ++n) {
+        if (!kind) continue;
+        progress.check();
+        EffectCost cost{name, reads, false, {}, {}};
+        std::vector<vxs_effect> without, with;
+        for (const vxs_effect &effect : std::span(planned.config.effects, planned.config.effect_count)) {
+            (effect.kind == kind ? with : without).push_back(effect);
+        }
+        cost.is_in = !with.empty();
+        if (!cost.is_in) vxs_effect_default(kind, &with.emplace_back());
+        with.insert(with.end(), without.begin(), without.end());
+        const vxs_servo_config asked = with_effects(planned.config, with);
+        if (const vxs_result result = vxs_servo_config_check(&asked); result != VXS_OK) {
+            cost.why_not = result == VXS_PARAM ? "needs more than its constants by default" : vxs_result_text(result);
+        } else {
+            cost.ns = difference(asked, with_effects(planned.config, without), states);
+        }
+        costs.push_back(cost);
+    }
+    return costs;
 }
 
 std::string flag_name(unsigned bit)

@@ -66,6 +66,7 @@ static void add(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_contact_damping;
 const vxsi_stage vxsi_stage_contact_damping = {.effect = VXS_EFFECT_CONTACT_DAMPING,
                                                .name = "contact-damping",
+                                               .reads = "contact's wrench, the object's velocity",
                                                .size = sizeof(contact_damping),
                                                .constants = constants,
                                                .constant_count = sizeof constants / sizeof *constants,

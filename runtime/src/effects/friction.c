@@ -290,6 +290,7 @@ static void add(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_friction;
 const vxsi_stage vxsi_stage_friction = {.effect = VXS_EFFECT_FRICTION,
                                         .name = "friction",
+                                        .reads = "who presses how in contact, the object's motion",
                                         .size = sizeof(friction),
                                         .constants = constants,
                                         .constant_count = sizeof constants / sizeof *constants,

@@ -47,6 +47,7 @@ static void run(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_gravity;
 const vxsi_stage vxsi_stage_gravity = {.effect = VXS_EFFECT_GRAVITY,
                                        .name = "gravity",
+                                       .reads = "the object's orientation",
                                        .size = sizeof(gravity),
                                        .constants = constants,
                                        .constant_count = sizeof constants / sizeof *constants,

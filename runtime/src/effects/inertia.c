@@ -285,6 +285,7 @@ static void run(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_inertia;
 const vxsi_stage vxsi_stage_inertia = {.effect = VXS_EFFECT_INERTIA,
                                        .name = "inertia",
+                                       .reads = "contact's wrench, the device's pose; in place of the coupling",
                                        .size = sizeof(inertia),
                                        .constants = constants,
                                        .constant_count = sizeof constants / sizeof *constants,

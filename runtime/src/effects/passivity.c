@@ -118,6 +118,7 @@ extern const vxsi_stage vxsi_stage_passivity;
 const vxsi_stage vxsi_stage_passivity = {.effect = VXS_EFFECT_PASSIVITY,
                                          .is_guard = 1,
                                          .name = "passivity",
+                                         .reads = "the device's motion, its own commands",
                                          .size = sizeof(passivity),
                                          .constants = constants,
                                          .constant_count = sizeof constants / sizeof *constants,

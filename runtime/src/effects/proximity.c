@@ -144,6 +144,7 @@ static void run(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_proximity;
 const vxsi_stage vxsi_stage_proximity = {.effect = VXS_EFFECT_PROXIMITY,
                                          .name = "proximity",
+                                         .reads = "the distance channel around the points, the object's velocity",
                                          .size = sizeof(proximity),
                                          .constants = constants,
                                          .constant_count = sizeof constants / sizeof *constants,

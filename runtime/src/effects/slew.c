@@ -60,6 +60,7 @@ extern const vxsi_stage vxsi_stage_slew;
 const vxsi_stage vxsi_stage_slew = {.effect = VXS_EFFECT_SLEW,
                                     .is_guard = 1,
                                     .name = "slew",
+                                    .reads = "the command before",
                                     .size = sizeof(slew),
                                     .constants = constants,
                                     .constant_count = sizeof constants / sizeof *constants,

@@ -40,6 +40,7 @@ extern const vxsi_stage vxsi_stage_soft_start;
 const vxsi_stage vxsi_stage_soft_start = {.effect = VXS_EFFECT_SOFT_START,
                                           .is_guard = 1,
                                           .name = "soft-start",
+                                          .reads = "the ticks since arming",
                                           .size = sizeof(soft_start),
                                           .constants = constants,
                                           .constant_count = sizeof constants / sizeof *constants,

@@ -28,6 +28,7 @@ extern const vxsi_stage vxsi_stage_start_inside;
 const vxsi_stage vxsi_stage_start_inside = {.effect = VXS_EFFECT_START_INSIDE,
                                             .is_guard = 1,
                                             .name = "start-inside",
+                                            .reads = "whether anything touches",
                                             .size = sizeof(start_inside),
                                             .reset = reset,
                                             .run = run};

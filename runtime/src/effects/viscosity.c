@@ -49,6 +49,7 @@ static void run(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_viscosity;
 const vxsi_stage vxsi_stage_viscosity = {.effect = VXS_EFFECT_VISCOSITY,
                                          .name = "viscosity",
+                                         .reads = "the object's velocity",
                                          .size = sizeof(viscosity),
                                          .constants = constants,
                                          .constant_count = sizeof constants / sizeof *constants,

@@ -73,6 +73,7 @@ static void run(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_workspace;
 const vxsi_stage vxsi_stage_workspace = {.effect = VXS_EFFECT_WORKSPACE,
                                          .name = "workspace",
+                                         .reads = "the tip's position and velocity",
                                          .size = sizeof(workspace),
                                          .constants = constants,
                                          .constant_count = sizeof constants / sizeof *constants,
