@@ -364,8 +364,7 @@ VerbAction add_convert(CLI::App &verb)
 {
     auto o = std::make_shared<ConvertOptions>();
     verb.add_option("INPUT", o->inputs,
-                    "parts: .stl, .gltf or .glb, and scenes: .scene.json; each makes NAME.vdb, NAME.voxmap, "
-                    "NAME.pointshell, a scene NAME.plan too")
+                    "parts: .stl, .gltf, .glb, and scenes: .scene.json; each makes NAME.vdb, .voxmap, .pointshell, and a scene NAME.plan")
         ->required();
     verb.add_flag("--explain", o->explain, "of a scene: each section of its files with its bytes, and what reads it");
     verb.add_flag_callback(
