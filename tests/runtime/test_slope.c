@@ -118,6 +118,45 @@ static void check_slides(uint32_t law, double angle)
     bench_close(&s.b);
 }
 
+/* A ball on a floor far stiffer than it can be stepped with: it goes on bouncing as high as it began, or
+ * lower and lower with contact-damping as it is by default. */
+static void check_bounces(double height, double factor)
+{
+    slope_bench s;
+    prepare(&s, 0, VXS_CONTACT_GRADIENT);
+    servo_bench *b = &s.b;
+    built_free(&b->shell_bytes);
+    b->shell_bytes = build_ball_shell(voxel, 0.01, 2000);
+    b->shell = open_pointshell(&b->shell_bytes);
+    b->servo_config.contact.stiffness = 1e12;
+    for (int i = 0; i < 3; i++) b->effects[0].as.inertia.inertia[i] = 0.4 * mass * 1e-4;
+    b->effects[2].as.contact_damping.factor = factor;
+    b->servo_config.effect_count = 3; /* no friction */
+    start(&s);
+    b->state.pose.position[1] = 0.01 + height;
+    double top = 0, last = height, lowest = 0, before = 0, worst = 0;
+    int bounces = 0;
+    for (int k = 0; k < 10000; k++) {
+        tick(&s);
+        const double now = s.row.body.position[1] - 0.01;
+        if (before < last && now <= last && k > 5) {
+            bounces++;
+            worst = fmax(worst, last / height - 1);
+            if (factor > 0 && bounces > 1 && last > 0) CHECK(last < top);
+            top = last;
+        }
+        before = last;
+        last = now;
+        lowest = fmin(lowest, now);
+    }
+    printf("bounces from %g mm, contact-damping %g s/m: %d times in 10 s, up to %+.1f %% of it, in the end "
+           "%.3g mm, %.2g mm "
+           "deep\n",
+           1e3 * height, factor, bounces, 100 * worst, 1e3 * top, -1e3 * lowest);
+    CHECK(bounces > 20 && worst < 0.1); /* a tenth of a per cent a bounce */
+    bench_close(&s.b);
+}
+
 static void check_refusals(void)
 {
     slope_bench s;
@@ -157,6 +196,9 @@ int main(int count, char **arguments)
         return 0;
     }
     check_refusals();
+    check_bounces(0.009, 0);
+    check_bounces(0.003, 0);
+    check_bounces(0.009, 1);
     check_stays(VXS_CONTACT_GRADIENT, 0.3, 0, 30000);
     check_stays(VXS_CONTACT_GRADIENT, 0.45, 1, 30000);
     check_stays(VXS_CONTACT_PATCH, 0.3, 0, 30000);
