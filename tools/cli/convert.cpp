@@ -390,7 +390,7 @@ VerbAction add_convert(CLI::App &verb)
                 }
             },
             "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m), or auto: three voxels for 99 % of "
-            "the walls (no default: required, but a scene says it)")
+            "the walls (no default: required; a scene has it)")
         ->type_name("LEN");
     verb.add_option(
             "--up", o->up,
