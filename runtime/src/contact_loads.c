@@ -19,7 +19,7 @@ typedef struct gathered {
 static double weight_of(const vxsi_hits *hits, const vxsi_span *span, uint32_t n)
 {
     double depth = (double)hits->depth[n];
-    return !(depth > 0) ? 0 : span->has_area ? depth * (double)hits->area[n] : depth;
+    return span->has_area ? depth * (double)hits->area[n] : depth;
 }
 
 static double length(const double v[3])
@@ -50,6 +50,7 @@ static void gather(const vxsi_hits *hits, const vxsi_span *span, gathered cells[
     memset(cells, 0, DIRECTIONS * sizeof *cells);
     for (uint32_t n = span->first; n < span->last; n++) {
         double weight = weight_of(hits, span, n);
+        if (!(weight > 0)) continue;
         gathered *to = &cells[hits->direction[n]];
         const double normal[3] = {hits->nx[n], hits->ny[n], hits->nz[n]},
                      at[3] = {hits->x[n], hits->y[n], hits->z[n]};
@@ -62,6 +63,7 @@ static void gather(const vxsi_hits *hits, const vxsi_span *span, gathered cells[
     finish_sums(cells);
     for (uint32_t n = span->first; n < span->last; n++) {
         double weight = weight_of(hits, span, n);
+        if (!(weight > 0)) continue;
         gathered *to = &cells[hits->direction[n]];
         const double way[3] = {(double)hits->x[n] - to->center[0], (double)hits->y[n] - to->center[1],
                                (double)hits->z[n] - to->center[2]};
