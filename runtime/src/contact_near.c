@@ -20,8 +20,9 @@ typedef struct search {
     void *self;
 } search;
 
-/* As contact_channel.c samples it, and how it grows, in the shell's frame. Returns 0 outside the box. */
-static int sample(const search *f, const double x[3], double *distance, double gradient[3])
+/* As contact_channel.c samples it, and how it grows, in the shell's frame. Returns 0 outside the box, or if
+ * it is not below `most`. */
+static int sample(const search *f, const double x[3], double most, double *distance, double gradient[3])
 {
     const vxsi_channel *channel = &f->channel;
     const double *m = channel->m, *r = f->s->span.rotation;
@@ -41,12 +42,13 @@ static int sample(const search *f, const double x[3], double *distance, double g
         edge[e] = low[e] + part[2] * slope[e];
     }
     const double at_low = edge[0] + part[1] * (edge[1] - edge[0]),
-                 at_high = edge[2] + part[1] * (edge[3] - edge[2]), across_low = edge[1] - edge[0],
-                 slope_low = slope[0] + part[1] * (slope[1] - slope[0]),
+                 at_high = edge[2] + part[1] * (edge[3] - edge[2]);
+    *distance = (at_low + part[0] * (at_high - at_low)) * channel->step;
+    if (!(fabs(*distance) < most)) return 0;
+    const double across_low = edge[1] - edge[0], slope_low = slope[0] + part[1] * (slope[1] - slope[0]),
                  slope_high = slope[2] + part[1] * (slope[3] - slope[2]);
     const double g[3] = {at_high - at_low, across_low + part[0] * ((edge[3] - edge[2]) - across_low),
                          slope_low + part[0] * (slope_high - slope_low)};
-    *distance = (at_low + part[0] * g[0]) * channel->step;
     for (int i = 0; i < 3; i++)
         gradient[i] = ((r[i] * g[0] + r[3 + i] * g[1]) + r[6 + i] * g[2]) * f->to_metres;
     return 1;
@@ -60,14 +62,13 @@ static void visit_cluster(const search *f, uint32_t cluster)
     const vxsi_spheres *s = &f->contact->clusters;
     const double middle[3] = {(double)s->x[cluster], (double)s->y[cluster], (double)s->z[cluster]};
     double away, unused[3];
-    if (sample(f, middle, &away, unused) &&
+    if (sample(f, middle, INFINITY, &away, unused) &&
         fabs(away) - (double)s->radius[cluster] >= f->reach + 2 * slop * f->voxel)
         return;
     for (uint32_t n = first; n < last; n++) {
         const double x[3] = {(double)shell->x[n], (double)shell->y[n], (double)shell->z[n]};
         double distance, gradient[3];
-        if (sample(f, x, &distance, gradient) && fabs(distance) < f->reach)
-            f->visit(f->self, x, distance, gradient);
+        if (sample(f, x, f->reach, &distance, gradient)) f->visit(f->self, x, distance, gradient);
     }
 }
 

@@ -42,6 +42,7 @@ uint32_t vxs_coupling_step(vxs_coupling *coupling, const vxs_wrench *contact, co
     double rotation[9];
     if (is_finite(contact) && vxs_pose_rotation(device, rotation)) {
         coupling->kind->step(coupling, contact, device, out);
+        if (!coupling->has_torque) memset(out->torque, 0, sizeof out->torque);
         coupling->evaluations = 0;
         coupling->depth = 0;
         if (is_finite(out)) return 0;

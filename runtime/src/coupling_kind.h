@@ -41,7 +41,8 @@ struct vxs_coupling {
     const vxsi_coupling_kind *kind;
     uint32_t evaluations; /* of contact in this tick, so far */
     uint32_t most_evaluations;
-    double depth; /* of the last of them [m] */
+    uint32_t has_torque; /* else it is not asked for */
+    double depth;        /* of the last of them [m] */
     double sample_time;
     double state[VXSI_COUPLING_DOUBLES];
 };

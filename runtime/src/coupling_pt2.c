@@ -56,10 +56,10 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
 {
     (void)device;
     pt2 *p = (pt2 *)coupling->state;
-    for (int axis = 0; axis < 3; axis++) {
+    for (int axis = 0; axis < 3; axis++)
         out->force[axis] = filter_axis(p, p->axes[axis], contact->force[axis]);
+    for (int axis = 0; axis < 3 && coupling->has_torque; axis++)
         out->torque[axis] = filter_axis(p, p->axes[3 + axis], contact->torque[axis]);
-    }
 }
 
 const vxsi_coupling_kind vxsi_coupling_pt2 = {

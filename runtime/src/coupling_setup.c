@@ -112,6 +112,7 @@ vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupling_confi
     vxs_coupling *coupling = memory;
     memset(coupling, 0, sizeof *coupling);
     coupling->kind = kind;
+    coupling->has_torque = 1;
     coupling->sample_time = config->sample_time;
     vxs_coupling_config resolved = without_prewarp(config);
     if (kind->set_up) kind->set_up(coupling, &resolved);

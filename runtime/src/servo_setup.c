@@ -13,6 +13,7 @@ enum { ALIGNMENT = 16 };
 /* Safe by default. */
 static const vxs_effect default_effects[] = {
     {.struct_size = sizeof(vxs_effect), .kind = VXS_EFFECT_START_INSIDE},
+    {.struct_size = sizeof(vxs_effect), .kind = VXS_EFFECT_TORQUE},
     {.struct_size = sizeof(vxs_effect), .kind = VXS_EFFECT_SOFT_START, .as.soft_start.time = 0.5},
 };
 
@@ -215,6 +216,7 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
         result = vxs_contact_add_levels(servo->contact, bytes, vxs_contact_levels_memory(config->shell));
     if (result != VXS_OK) return result;
     if (config->contact.most_points) bytes += round_up(vxs_contact_levels_memory(config->shell));
+    servo->coupling->has_torque = 0;
     list_steps(servo, config, bytes);
     servo->has_body = servo->pose || servo->coupling->kind->has_body;
     *out = servo;

@@ -4,6 +4,8 @@
  */
 #include "servo_state.h"
 
+#include <string.h>
+
 static void evaluate_contact(void *self, vxsi_tick *tick)
 {
     vxs_servo *servo = self;
@@ -48,7 +50,12 @@ static void couple(void *self, vxsi_tick *tick)
         tick->flags |= VXS_SERVO_FAULT;
     if (tick->has_field) vxsi_add(&tick->output, &tick->field);
     to_device_frame(servo, tick->output.force, tick->wrench.force);
-    to_device_frame(servo, tick->output.torque, tick->wrench.torque);
+    if (servo->has_torque) {
+        to_device_frame(servo, tick->output.torque, tick->wrench.torque);
+    } else {
+        memset(tick->output.torque, 0, sizeof tick->output.torque);
+        memset(tick->wrench.torque, 0, sizeof tick->wrench.torque);
+    }
 }
 
 static void reset_coupling(void *self, const vxs_pose *tip)
@@ -66,9 +73,10 @@ static int clamp(double v[3], double limit)
 
 static void clamp_both(void *self, vxsi_tick *tick)
 {
-    const vxs_servo_config *config = &((const vxs_servo *)self)->config;
-    if (clamp(tick->wrench.force, config->max_force)) tick->flags |= VXS_SERVO_SATURATED;
-    if (clamp(tick->wrench.torque, config->max_torque)) tick->flags |= VXS_SERVO_SATURATED;
+    const vxs_servo *servo = self;
+    if (clamp(tick->wrench.force, servo->config.max_force)) tick->flags |= VXS_SERVO_SATURATED;
+    if (servo->has_torque && clamp(tick->wrench.torque, servo->config.max_torque))
+        tick->flags |= VXS_SERVO_SATURATED;
 }
 
 extern const vxsi_stage vxsi_stage_contact, vxsi_stage_coupling, vxsi_stage_clamp;

@@ -15,6 +15,7 @@
     ROW(proximity)                                                                                           \
     ROW(workspace)                                                                                           \
     ROW(inertia)                                                                                             \
+    ROW(torque)                                                                                              \
     ROW(coupling)                                                                                            \
     ROW(passivity)                                                                                           \
     ROW(slew)                                                                                                \

@@ -16,6 +16,7 @@ typedef struct servo_bench {
     vxs_simulated_config device_config;
     vxs_servo_config servo_config;
     vxs_effect effects[32];
+    int has_no_torque;
     void *device_memory, *servo_memory;
     vxs_device *device;
     vxs_servo *servo;
@@ -55,8 +56,13 @@ static inline vxs_effect *bench_effect(servo_bench *b, uint32_t kind)
     return effect;
 }
 
+/* With torque, unless the bench lists nothing or said has_no_torque. */
 static inline void bench_open(servo_bench *b)
 {
+    int has_torque = b->has_no_torque || b->servo_config.effects != b->effects;
+    for (uint32_t n = 0; n < b->servo_config.effect_count && !has_torque; n++)
+        has_torque = b->effects[n].kind == VXS_EFFECT_TORQUE;
+    if (!has_torque) bench_effect(b, VXS_EFFECT_TORQUE);
     b->device_memory = aligned_alloc(64, (vxs_simulated_memory() + 63) / 64 * 64);
     size_t size = (vxs_servo_memory(&b->servo_config) + 63) / 64 * 64;
     b->servo_memory = aligned_alloc(64, size);

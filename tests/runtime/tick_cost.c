@@ -32,6 +32,7 @@ int main(int count, char **names)
         if (kind == VXS_EFFECT_PROXIMITY) effect->as.proximity.reach = 0.002;
         if (kind == VXS_EFFECT_PASSIVITY) effect->as.passivity.radius = 0.03;
     }
+    b.has_no_torque = 1; /* but where it is named */
     bench_open(&b);
     b.state.state = VXS_DEVICE_ARMED;
     b.state.pose = vxs_pose_identity();

@@ -7,7 +7,7 @@
  * table's (src/servo_table.c), whatever the order of the config's list:
  *
  *     motion -> contact -> start-inside -> contact-damping -> friction -> gravity -> viscosity -> proximity
- *     -> workspace -> inertia -> coupling -> passivity -> slew -> clamp -> soft-start
+ *     -> workspace -> inertia -> coupling (torque) -> passivity -> slew -> clamp -> soft-start
  *
  * What touching does goes through the coupling: contact's wrench, what contact-damping makes of it, and
  * friction. What acts on the object besides (gravity, viscosity, proximity) moves its body where it has one
@@ -67,6 +67,10 @@
  *   WORKSPACE     walls around the tip: a side of a box, fixed in the scene, that the tip is beyond by d
  *                 pushes it back with max(0, stiffness d + damping v min(1, d / 1 mm)), v its speed outwards.
  *                 On the hand, whatever the coupling; its stiffness is in the device's loop as contact's is.
+ *   TORQUE        the hand feels torque: the coupling's other three axes, clamped by max_torque. Without it
+ * the command's torque is 0, as for a device of three degrees of freedom; forces are the same to the last
+ * bit. Contact sums its torque all the same: it turns bodies, and a tick would only be 1 to 2 % shorter
+ * without.
  *
  * Scene:
  *   MOTION        statics follow keyframes from the first tick on that gives force. Before it they rest at
@@ -122,6 +126,7 @@ enum {
     VXS_EFFECT_INERTIA = 9,
     VXS_EFFECT_PROXIMITY = 10,
     VXS_EFFECT_WORKSPACE = 11,
+    VXS_EFFECT_TORQUE = 12,
     VXS_EFFECT_MOTION = 13
 };
 
@@ -146,8 +151,8 @@ typedef struct vxs_effect {
             double most_damping; /* [N s/m] > 0; default 5. Above about m / (T (d + 1/2)) of the felt mass m
                                     it shakes by itself; a device's caps say what it recommends */
             double least_speed;  /* [m/s] >= 0, below it nothing is damped; default 0.001 */
-            double radius;       /* [m] >= 0, of turning; 0 (default): turning is neither counted nor damped,
-                                    as for a device that renders no torque */
+            double radius;       /* [m] >= 0, of turning; 0 (default), or without TORQUE: turning is neither
+                                    counted nor damped */
             double delay; /* d [samples], whole, 0 .. VXS_EFFECT_MAX_DELAY: caps.delay_samples; default 1 */
         } passivity;
         struct {

@@ -82,7 +82,7 @@ typedef struct vxs_servo_config {
     double max_torque;            /* [N m] > 0; default 0.2 */
     double max_speed;             /* of the device [m/s] > 0; beyond it is no motion; default 20 */
     const vxs_effect *effects;    /* effect_count, each kind once, in any order; copied by vxs_servo_init().
-                                     Default: soft-start and start-inside as they are by default */
+                                     Default: start-inside, torque and soft-start as they are by default */
     uint32_t effect_count;
     uint32_t reserved;
     double hold_time;  /* [s] >= 0 a command is full; 0 (default): two samples */

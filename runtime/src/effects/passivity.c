@@ -4,7 +4,7 @@
  * Automation 18 (2002), in the position form of Ryu, Kim and Hannaford (2004). All in the device's frame,
  * where the hand does work.
  */
-#include "../servo_stage.h"
+#include "../servo_state.h"
 
 #include <math.h>
 #include <string.h>
@@ -38,6 +38,11 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
     p->least_way = effect->as.passivity.least_speed * p->sample_time;
     p->radius_square = effect->as.passivity.radius * effect->as.passivity.radius;
     p->delay = (uint32_t)effect->as.passivity.delay;
+}
+
+static void attach(void *self, vxs_servo *servo)
+{
+    if (!servo->has_torque) ((passivity *)self)->radius_square = 0;
 }
 
 static double dot(const double a[3], const double b[3])
@@ -124,5 +129,6 @@ const vxsi_stage vxsi_stage_passivity = {.effect = VXS_EFFECT_PASSIVITY,
                                          .constant_count = sizeof constants / sizeof *constants,
                                          .check = check,
                                          .set_up = set_up,
+                                         .attach = attach,
                                          .reset = reset,
                                          .run = run};

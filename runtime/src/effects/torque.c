@@ -1,0 +1,16 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Torque on the hand. It is no stage of its own: coupling and clamp do their second half where it is asked
+ * for.
+ */
+#include "../coupling_kind.h"
+#include "../servo_state.h"
+
+static void attach(void *self, vxs_servo *servo)
+{
+    (void)self;
+    servo->has_torque = servo->coupling->has_torque = 1;
+}
+
+extern const vxsi_stage vxsi_stage_torque;
+const vxsi_stage vxsi_stage_torque = {.effect = VXS_EFFECT_TORQUE, .name = "torque", .attach = attach};
