@@ -73,7 +73,14 @@ std::vector<vxs_effect> scene_effects(const SceneFile &scene, const EffectContex
     for (std::uint32_t n = 0, kind; (kind = vxs_effect_kind_at(n)) != 0; ++n) {
         const auto said = std::find_if(scene.effects.begin(), scene.effects.end(),
                                        [&](const SceneEffect &e) { return e.effect.kind == kind; });
-        if (said == scene.effects.end()) continue;
+        if (said == scene.effects.end()) {
+            if (kind == VXS_EFFECT_TORQUE && context.caps.peak_torque > 0) vxs_effect_default(kind, &effects.emplace_back());
+            continue;
+        }
+        if (kind == VXS_EFFECT_TORQUE && !(context.caps.peak_torque > 0)) {
+            throw Failure(ExitCode::invalid, scene.path.string(),
+                          said->place + ": " + context.caps.name + " renders no torque: take \"torque\" out, or another device");
+        }
         vxs_effect effect = said->effect;
         for (const auto &each : needs) {
             if (each.kind == kind && each.resolve) each.resolve(*said, context, effect);

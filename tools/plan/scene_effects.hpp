@@ -17,8 +17,8 @@ struct EffectContext {
     const MassProperties *mass; ///< of what moves, where the scene says its density; else null
 };
 
-/// In order of execution, each with all its constants. Throws Failure(invalid) with the place for constants that the runtime
-/// refuses.
+/// In order of execution, each with all its constants; torque where the device renders it. Throws Failure(invalid) with the
+/// place for what the device or the runtime refuses.
 std::vector<vxs_effect> scene_effects(const SceneFile &scene, const EffectContext &context);
 
 /// Whether an effect would take its mass from the object.

@@ -121,7 +121,7 @@ std::vector<SceneEffect> read_effects(const std::optional<JsonPlace> &guards, co
         vxs_servo_config standard;
         vxs_servo_config_default(&standard);
         for (const vxs_effect &effect : std::span(standard.effects, standard.effect_count)) {
-            result.push_back({effect, 0, "/guards"});
+            if (vxs_effect_is_guard(effect.kind)) result.push_back({effect, 0, "/guards"});
         }
     }
     if (effects) read_list(*effects, false, result);
