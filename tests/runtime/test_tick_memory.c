@@ -88,6 +88,22 @@ static int confine(void)
            prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
+/* PT2 bears them all. */
+static void add_all_effects(servo_bench *b)
+{
+    static const vxs_effect_keyframe frames[] = {{0, {{0, 0, 0}, {1, 0, 0, 0}}, 0, 0},
+                                                 {1, {{0, 1e-4, 0}, {1, 0.001, 0, 0}}, 0, 0}};
+    for (uint32_t n = 0, kind; (kind = vxs_effect_kind_at(n)) != 0; n++) {
+        vxs_effect *e = bench_effect(b, kind);
+        if (kind == VXS_EFFECT_PROXIMITY) e->as.proximity.reach = 0.002;
+        if (kind == VXS_EFFECT_FRICTION) e->as.friction.stiffness = 200, e->as.friction.damping = 0.1;
+        if (kind == VXS_EFFECT_INERTIA) e->as.inertia.mass = 0.2;
+        if (kind != VXS_EFFECT_MOTION) continue;
+        e->keyframes = frames;
+        e->keyframe_count = 2;
+    }
+}
+
 static void open_all(servo_bench *benches)
 {
     const built_floor floor_shape = {-1, 60, 20};
@@ -102,8 +118,11 @@ static void open_all(servo_bench *benches)
         if (b->servo_config.contact.law >= VXS_CONTACT_GRADIENT)
             b->servo_config.contact.field = VXS_CONTACT_DISTANCE;
         if (b->servo_config.contact.law == VXS_CONTACT_PATCH) b->servo_config.contact.most_stiffness = 1e4;
-        for (uint32_t kind = VXS_EFFECT_START_INSIDE; kind <= VXS_EFFECT_SOFT_START; kind++)
-            bench_effect(b, kind);
+        if (n == LAWS + 1)
+            add_all_effects(b);
+        else
+            for (uint32_t kind = VXS_EFFECT_START_INSIDE; kind <= VXS_EFFECT_SOFT_START; kind++)
+                bench_effect(b, kind);
         bench_open(b);
         CHECK_INT(vxs_device_arm(b->device), VXS_OK);
     }

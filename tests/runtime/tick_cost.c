@@ -1,12 +1,17 @@
 /* SPDX-License-Identifier: MIT
  *
- * Five hundred ticks on a way that is given, pressed onto a floor, slid and let go, with the effects that are
+ * Two hundred ticks on a way that is given, pressed onto a floor, slid and let go, with the effects that are
  * named: for effect_cost.sh to count the instructions of. Nothing that an effect does changes the way.
+ * "list": the names that there are.
  */
 #include "servo_bench.h"
 
 int main(int count, char **names)
 {
+    if (count == 2 && strcmp(names[1], "list") == 0) {
+        for (uint32_t n = 0, kind; (kind = vxs_effect_kind_at(n)) != 0; n++) puts(vxs_effect_kind_name(kind));
+        return 0;
+    }
     const built_floor floor_shape = {-1, 60, 20};
     const vxs_effect_keyframe frames[2] = {{.pose = vxs_pose_identity()},
                                            {.time = 10, .pose = vxs_pose_identity()}};
@@ -37,8 +42,8 @@ int main(int count, char **names)
     b.state.state = VXS_DEVICE_ARMED;
     b.state.pose = vxs_pose_identity();
     vxs_servo_trace row;
-    for (int k = 0; k < 500; k++) {
-        double target = k < 25 ? 0.012 : k < 450 ? 0.009 : 0.013;
+    for (int k = 0; k < 200; k++) {
+        double target = k < 10 ? 0.012 : k < 180 ? 0.009 : 0.013;
         b.state.pose.position[1] =
             k ? b.state.pose.position[1] + 0.05 * (target - b.state.pose.position[1]) : target;
         b.state.pose.position[0] = 1e-6 * k;
