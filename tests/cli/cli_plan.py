@@ -143,11 +143,11 @@ class Plan(command.CommandTest):
         self.convert('press', 'b')
         said = json.loads(self.run_voxshell('inspect', 'b/press.plan', '--format', 'json').stdout)
         self.assertEqual(schema.problems(said, schema.load(command.SOURCE / 'formats' / 'schema' / 'inspect.schema.json')), [])
-        self.assertEqual(said['effects'], [{'kind': 'soft-start', 'constants': [0.2]}])
+        self.assertEqual(said['effects'], [{'kind': 'torque', 'constants': []}, {'kind': 'soft-start', 'constants': [0.2]}])
         self.assertEqual([asset['name'] for asset in said['assets']], ['press.voxmap', 'press.pointshell'])
         done = self.run_voxshell('diff', 'a/press.plan', 'b/press.plan', code=6, out=r'rate: 1000 Hz / 500 Hz\n')
         self.assertIn('effect start-inside: 0: no constant / none\n', done.stdout)
-        self.assertIn('effect soft-start: 1: time 0.5 s / 0: time 0.2 s\n', done.stdout)
+        self.assertIn('effect soft-start: 2: time 0.5 s / 1: time 0.2 s\n', done.stdout)
         self.run_voxshell('diff', 'a/press.plan', 'a/press.plan', out='^equal\n$')
 
 

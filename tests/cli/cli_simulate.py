@@ -111,11 +111,11 @@ class Simulate(command.CommandTest):
 
         safe, hum = run(None)
         self.assertIn('ramping', safe['flag_ticks'])
-        self.assertTrue(safe['explain'][-1]['what'].endswith(', start-inside, soft-start: the whole of it'))
+        self.assertTrue(safe['explain'][-1]['what'].endswith(', start-inside, torque, soft-start: the whole of it'))
         self.assertEqual(safe['energy_min_j'], 0)
         bare, _ = run([])
         self.assertNotIn('ramping', bare['flag_ticks'])
-        self.assertTrue(bare['explain'][-1]['what'].endswith(' N: the whole of it'))
+        self.assertTrue(bare['explain'][-1]['what'].endswith(' N, torque: the whole of it'))
         calm, rest = run([{'kind': 'start-inside'}, {'kind': 'soft-start'}, {'kind': 'passivity'}])
         self.assertGreater(calm['flag_ticks']['damped'], 100)
         self.assertLess(calm['energy_min_j'], 0)
