@@ -87,13 +87,13 @@ class Simulate(command.CommandTest):
         self.assertEqual([stage['stage'] for stage in told['explain']], ['exchange', 'contact', 'coupling', 'tick'])
         self.assertEqual(set(told['flag_ticks']) - {'ramping', 'deep'}, set())
         effects = {effect['effect']: effect for effect in told['effects']}
-        self.assertEqual({name for name, effect in effects.items() if effect['in']}, {'start-inside', 'soft-start'})
+        self.assertEqual({name for name, effect in effects.items() if effect['in']}, {'start-inside', 'torque', 'soft-start'})
         for name, effect in effects.items():
             self.assertTrue(effect['reads'], name)
             self.assertEqual(effect['ns'] is None, effect['why_not'] != '', name)
         text = self.simulate('--explain', '--seconds', 0.2).stdout
         order = re.findall(r'^  (\S+) .* reads ', text, re.M)
-        self.assertEqual(order[:5], ['contact', 'start-inside', 'coupling', 'clamp', 'soft-start'])
+        self.assertEqual(order[:6], ['contact', 'start-inside', 'torque', 'coupling', 'clamp', 'soft-start'])
         self.assertEqual(len(order), 3 + len(effects))
 
     def test_guards(self):

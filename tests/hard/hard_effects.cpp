@@ -268,8 +268,9 @@ struct Energy {
     double passed = 0, least = 0;
 };
 
-Energy run_energy(const Setting &setting, long ticks)
+Energy run_energy(Setting setting, long ticks)
 {
+    if (!setting.has(VXS_EFFECT_TORQUE)) setting.kinds.push_back(VXS_EFFECT_TORQUE); // its work counts
     Setting without = setting;
     std::erase(without.kinds, static_cast<std::uint32_t>(VXS_EFFECT_FRICTION));
     Rig with(setting, 0, false), bare(without, 0, false);

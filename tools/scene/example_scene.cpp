@@ -97,7 +97,7 @@ std::string example_scene()
     std::string guards, more_guards, effects;
     for (std::uint32_t n = 0, kind; (kind = vxs_effect_kind_at(n)) != 0; ++n) {
         const std::span defaults(standard.effects, standard.effect_count);
-        if (std::ranges::find(defaults, kind, &vxs_effect::kind) != defaults.end()) {
+        if (vxs_effect_is_guard(kind) && std::ranges::find(defaults, kind, &vxs_effect::kind) != defaults.end()) {
             guards += (guards.empty() ? "    " : ",\n    ") + item(kind);
         } else {
             (vxs_effect_is_guard(kind) ? more_guards : effects) += "    // " + item(kind) + "\n";

@@ -13,4 +13,7 @@ static void attach(void *self, vxs_servo *servo)
 }
 
 extern const vxsi_stage vxsi_stage_torque;
-const vxsi_stage vxsi_stage_torque = {.effect = VXS_EFFECT_TORQUE, .name = "torque", .attach = attach};
+const vxsi_stage vxsi_stage_torque = {.effect = VXS_EFFECT_TORQUE,
+                                      .name = "torque",
+                                      .reads = "torques, in coupling and clamp",
+                                      .attach = attach};
