@@ -76,14 +76,15 @@ ExitCode pack(const PackOptions &o)
     file.channels = std::move(vdb.channels);
     file.source_hash = vdb.source_hash;
     file.meta = std::move(vdb.meta);
-    const std::vector<std::uint8_t> bytes = voxmap_bytes(file, progress.get());
+    const std::uint64_t surface = file.cells.surface_cells, interior = file.cells.interior_cells;
+    const double voxel = file.cells.voxel;
+    const std::vector<std::uint8_t> bytes = voxmap_bytes(std::move(file), progress.get());
     Outputs outputs(o.force);
     outputs.add(output, bytes, progress.get());
     outputs.commit();
     if (!o.quiet)
         fmt::print("{}: {} surface, {} interior cells of {}, {}\n", output.string(),
-                   format_count(file.cells.surface_cells), format_count(file.cells.interior_cells),
-                   format_length(file.cells.voxel), format_size(bytes.size()));
+                   format_count(surface), format_count(interior), format_length(voxel), format_size(bytes.size()));
     return ExitCode::ok;
 }
 

@@ -109,7 +109,7 @@ void hash_section(Sha256Stream &hash, std::uint32_t id, std::uint32_t stride,
 }
 
 std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t major, std::uint16_t minor,
-                                          const Sha256 &source_hash, const std::vector<Section> &sections,
+                                          const Sha256 &source_hash, std::vector<Section> sections,
                                           Progress *progress)
 {
     if (magic.size() != VXS_CONTAINER_MAGIC_SIZE || sections.empty() ||
@@ -155,6 +155,7 @@ std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t 
     for (std::size_t i = 0; i < sections.size(); ++i) {
         if (progress) progress->check();
         std::ranges::copy(sections[i].bytes, file.begin() + static_cast<std::ptrdiff_t>(table[i].offset));
+        sections[i].bytes = {};
     }
     return file;
 }

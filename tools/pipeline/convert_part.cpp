@@ -225,6 +225,10 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     }
 
     progress.stage("write", 3);
+    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)}, &progress);
+    shell = {};
+    progress.advance(1);
+    progress.check();
     const std::string map_meta = meta(scene.name, options, false);
     part.vdb = vdb_bytes(cells, scene.source_hash, map_meta, map.channels, &progress);
     progress.advance(1);
@@ -232,11 +236,7 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     map.cells = std::move(cells);
     map.source_hash = scene.source_hash;
     map.meta = map_meta;
-    part.voxmap = voxmap_bytes(map, &progress);
-    map = {};
-    progress.advance(1);
-    progress.check();
-    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)}, &progress);
+    part.voxmap = voxmap_bytes(std::move(map), &progress);
     progress.advance(1);
     return part;
 }

@@ -134,7 +134,7 @@ void verify_twins(const fs::path &vdb, const fs::path &voxmap)
     VoxmapFile c{a.cells, a.channels, b.source_hash, b.meta, b.clearance};
     if (c.channels.layer.empty() || b.channels.layer.empty()) c.channels.layer = b.channels.layer = {};
     if (c.channels.distance.empty() || b.channels.distance.empty()) c.channels.distance = b.channels.distance = {};
-    if (voxmap_bytes(b) != voxmap_bytes(c)) differ("holds other cells or channels");
+    if (voxmap_bytes(std::move(b)) != voxmap_bytes(std::move(c))) differ("holds other cells or channels");
 }
 
 } // namespace voxshell

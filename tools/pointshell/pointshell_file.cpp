@@ -97,7 +97,7 @@ std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file, Progress 
                                     std::span<const vxs_pointshell_cluster>(clusters)));
     sections.push_back(make_section(VXS_SECTION_META, 1, std::span<const char>(file.meta)));
     return container_bytes(VXS_POINTSHELL_MAGIC, VXS_POINTSHELL_VERSION_MAJOR, VXS_POINTSHELL_VERSION_MINOR,
-                           file.source_hash, sections, progress);
+                           file.source_hash, std::move(sections), progress);
 }
 
 PointshellFile read_pointshell(const std::filesystem::path &path)

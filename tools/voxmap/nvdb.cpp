@@ -67,12 +67,12 @@ Handle nano(const Grid &grid, double voxel)
 std::vector<std::uint8_t> nvdb_bytes(const Cells &cells, const Channels &channels)
 {
     std::vector<Handle> handles;
-    for (const openvdb::GridBase::Ptr &grid : vdb_grids(cells, channels, 1)) {
+    each_vdb_grid(cells, channels, 1, [&](const openvdb::GridBase::Ptr &grid) {
         if (const auto ints = openvdb::gridPtrCast<openvdb::Int32Grid>(grid))
             handles.push_back(nano(*ints, cells.voxel));
         else
             handles.push_back(nano(*openvdb::gridPtrCast<openvdb::FloatGrid>(grid), cells.voxel));
-    }
+    });
     nanovdb::io::Segment segment(nanovdb::io::Codec::NONE);
     std::uint64_t size = 0;
     for (std::size_t g = 0; g < handles.size(); ++g) {

@@ -47,7 +47,7 @@ class MemoryBuffer : public std::streambuf {
     }
 
   private:
-    static constexpr off_type piece = 1 << 20;
+    static constexpr off_type piece = 1 << 26; // so large that the system gets each back at once
 
     std::streamsize xsputn(const char *data, std::streamsize size) override
     {
@@ -91,13 +91,22 @@ struct MemoryArchive : openvdb::io::Archive {
         setCompression(openvdb::io::COMPRESS_ACTIVE_MASK); // a codec's bytes depend on its version
         setGridStatsMetadataEnabled(false);                // they depend on the library's ABI
     }
-    std::vector<std::uint8_t> bytes(const openvdb::GridCPtrVec &grids, const openvdb::MetaMap &metadata,
+    /// As Archive::write() with all grids: `each(take)` makes one after another.
+    template<typename EachGrid>
+    std::vector<std::uint8_t> bytes(std::int32_t grids, const EachGrid &each, const openvdb::MetaMap &metadata,
                                     Progress &progress) const
     {
         MemoryBuffer buffer(progress);
         std::ostream out(&buffer);
         out.exceptions(std::ios_base::badbit); // lets a Failure through
-        Archive::write(out, grids, true, metadata);
+        writeHeader(out, true);
+        metadata.writeMeta(out);
+        out.write(reinterpret_cast<const char *>(&grids), sizeof grids);
+        each([&](const openvdb::GridBase::Ptr &grid) {
+            openvdb::io::GridDescriptor descriptor(grid->getName(), grid->type(), grid->saveFloatAsHalf());
+            writeGrid(descriptor, grid, out, true);
+            openvdb::io::setDataCompression(out, compression()); // a grid may have changed it
+        });
         return buffer.take();
     }
 };
@@ -206,8 +215,8 @@ std::string content_uuid(std::span<const std::uint8_t> bytes, Progress *progress
 
 } // namespace
 
-std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels &channels,
-                                              double unit_metres, Progress *watched)
+void each_vdb_grid(const Cells &cells, const Channels &channels, double unit_metres,
+                   const std::function<void(openvdb::GridBase::Ptr)> &take, Progress *watched)
 {
     Progress silent, &progress = watched ? *watched : silent;
     openvdb::initialize();
@@ -221,30 +230,29 @@ std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels
                     cells.min[axis], cells.max[axis], axis, vdb_max_index));
     }
     const Cell origin{cells.origin[0] >> 3, cells.origin[1] >> 3, cells.origin[2] >> 3}; // in bricks
-    std::vector<openvdb::GridBase::Ptr> grids;
     auto state = openvdb::Int32Grid::create(VXS_CELL_FREE);
     state->setName(vdb_grid_name);
     add_bricks(cells, origin, state->tree(), progress);
     add_solid(cells, origin, state->tree(), VXS_CELL_INTERIOR, true, true);
-    grids.push_back(state);
+    take(std::move(state));
     if (!channels.layer.empty()) {
         const int beyond = channels.layer_count + 1;
-        grids.push_back(channel_grid<openvdb::Int32Grid>(
+        take(channel_grid<openvdb::Int32Grid>(
             vdb_layer_grid, cells, origin, beyond, -beyond,
             [&](std::size_t b, std::size_t c) { return int{channels.layer[b][c]}; }, progress));
     }
     if (!channels.distance.empty()) {
         const double step = channels.distance_step / unit_metres;
         const auto beyond = static_cast<float>(channels.distance_band / unit_metres);
-        grids.push_back(channel_grid<openvdb::FloatGrid>(
+        auto grid = channel_grid<openvdb::FloatGrid>(
             vdb_distance_grid, cells, origin, beyond, channels.unsigned_distance ? beyond : -beyond,
             [&](std::size_t b, std::size_t c) {
                 return static_cast<float>(channels.distance[b][c] * step);
             },
-            progress));
-        if (!channels.unsigned_distance) grids.back()->setGridClass(openvdb::GRID_LEVEL_SET);
+            progress);
+        if (!channels.unsigned_distance) grid->setGridClass(openvdb::GRID_LEVEL_SET);
+        take(std::move(grid));
     }
-    return grids;
 }
 
 std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_hash, const std::string &meta,
@@ -255,10 +263,8 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
         return cells.voxel >= vdb_min_scale * each.metres;
     });
     const double scale = cells.voxel / unit.metres;
-    const std::vector<openvdb::GridBase::Ptr> grids = vdb_grids(cells, channels, unit.metres, &progress);
     auto transform = openvdb::math::Transform::createLinearTransform(scale);
     transform->postTranslate(openvdb::Vec3d(scale / 2));
-    for (const auto &grid : grids) grid->setTransform(transform);
 
     openvdb::MetaMap metadata;
     metadata.insertMeta(vdb_meta_voxel, openvdb::DoubleMetadata(cells.voxel));
@@ -275,7 +281,17 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
         metadata.insertMeta(vdb_meta_unsigned, openvdb::BoolMetadata(channels.unsigned_distance));
     }
 
-    std::vector<std::uint8_t> bytes = MemoryArchive().bytes({grids.begin(), grids.end()}, metadata, progress);
+    const auto each = [&](const auto &take) {
+        each_vdb_grid(
+            cells, channels, unit.metres,
+            [&](const openvdb::GridBase::Ptr &grid) {
+                grid->setTransform(transform);
+                take(grid);
+            },
+            &progress);
+    };
+    std::vector<std::uint8_t> bytes =
+        MemoryArchive().bytes(1 + !channels.layer.empty() + !channels.distance.empty(), each, metadata, progress);
     const std::string uuid = content_uuid(bytes, &progress);
     std::copy(uuid.begin(), uuid.end(), bytes.begin() + uuid_offset);
     return bytes;

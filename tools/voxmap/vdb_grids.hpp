@@ -5,15 +5,16 @@
 
 #include "voxmap/channels.hpp"
 
+#include <functional>
 #include <openvdb/Grid.h>
-#include <vector>
 
 namespace voxshell {
 
 /// Grid `state` (Int32), then, where the channels are there, `layer` (Int32) and `distance` (Float, in
 /// `unit_metres`). Solid runs are tiles. The transform is left to the caller. Throws Failure(requirement)
-/// beyond 32-bit indices. `progress`, if given, is asked whether to go on.
-std::vector<openvdb::GridBase::Ptr> vdb_grids(const Cells &cells, const Channels &channels,
-                                              double unit_metres, Progress *progress = nullptr);
+/// beyond 32-bit indices. One after another, so that only one has to be there: a tree is larger than its cells
+/// and channels. `progress`, if given, is asked whether to go on.
+void each_vdb_grid(const Cells &cells, const Channels &channels, double unit_metres,
+                   const std::function<void(openvdb::GridBase::Ptr)> &take, Progress *progress = nullptr);
 
 } // namespace voxshell

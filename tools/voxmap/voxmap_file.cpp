@@ -384,13 +384,15 @@ void check_writable(const VoxmapFile &file)
 
 } // namespace
 
-std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file, Progress *progress)
+std::vector<std::uint8_t> voxmap_bytes(VoxmapFile file, Progress *progress)
 {
     check_writable(file);
     const vxs_voxmap_grid grid = make_grid(file);
     std::vector<Section> sections;
     {
-        const Levels levels(file, grid);
+        Levels levels(file, grid);
+        file.cells = {};
+        file.channels = {};
         const auto add = [&](std::uint32_t id, std::uint32_t stride, const auto &elements) {
             if (!elements.empty()) sections.push_back(make_section(id, stride, std::span(elements)));
         };
@@ -399,7 +401,9 @@ std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file, Progress *progres
         add(VXS_VOXMAP_SECTION_CHNK, 4 * VXS_VOXMAP_CHUNK_ENTRIES, levels.chunks);
         add(VXS_VOXMAP_SECTION_BRIK, 8 * VXS_VOXMAP_BRICK_WORDS, levels.bricks);
         add(VXS_VOXMAP_SECTION_LAYR, 512, levels.layers);
+        levels.layers = {};
         add(VXS_VOXMAP_SECTION_DIST, 2 * 512, levels.distances);
+        levels.distances = {};
         if (file.clearance) {
             const Clearance found = clearance(view_of(levels, grid), progress);
             add(VXS_VOXMAP_SECTION_CLRX, 4, found.index);
@@ -409,7 +413,7 @@ std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file, Progress *progres
         add(VXS_SECTION_META, 1, file.meta);
     }
     return container_bytes(VXS_VOXMAP_MAGIC, VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR,
-                           file.source_hash, sections, progress);
+                           file.source_hash, std::move(sections), progress);
 }
 
 VoxmapFile read_voxmap(const std::filesystem::path &path)

@@ -23,8 +23,8 @@ struct VoxmapFile {
 /// (all free, all interior) becomes a uniform entry, and the box is the smallest. Trusts the counts and the
 /// box of `cells` (recount()). The distance band becomes 32767 steps exactly (M210, M402). Throws
 /// Failure(requirement) for cells beyond the limits of the format or without surface. `progress`, if given, is asked
-/// whether to go on.
-std::vector<std::uint8_t> voxmap_bytes(const VoxmapFile &file, Progress *progress = nullptr);
+/// whether to go on. A file that is moved in costs less memory: each part goes once it is written.
+std::vector<std::uint8_t> voxmap_bytes(VoxmapFile file, Progress *progress = nullptr);
 
 /// Reads and checks every rule through the runtime's own reader. Throws Failure(invalid) with rule id,
 /// section and offset; Failure(system) if the file cannot be read; Failure(unsupported) for a newer major
