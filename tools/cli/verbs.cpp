@@ -23,6 +23,7 @@ std::span<const Verb> verbs()
         {"design", "the virtual coupling for a device and a scene: coefficients, margins, plots",
          "voxshell design --device sim:omega-3 --stiffness 500N/m --assume hand -o plots", add_design},
         {"bench", "how long a tick's contact takes on this machine", "voxshell bench cup.voxmap sphere.pointshell", add_bench},
+        {"study", "what the method is worth, measured: figures, tables and one page", "voxshell study paper -o study", add_study},
     };
     return table;
 }

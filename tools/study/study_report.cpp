@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "study/study_report.hpp"
+
+#include "study/gnuplot.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace voxshell {
+namespace {
+
+using json = nlohmann::ordered_json;
+using Value = std::variant<std::string, double>;
+
+std::string quoted(const std::string &text)
+{
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string out = "\"";
+    for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+    return out + '"';
+}
+
+std::size_t column_of(const StudyTable &table, const std::string &name)
+{
+    const auto found = std::find_if(table.columns.begin(), table.columns.end(), [&](const StudyColumn &c) { return c.name == name; });
+    if (found == table.columns.end()) throw Failure(ExitCode::bug, table.id, "no column " + name);
+    return static_cast<std::size_t>(found - table.columns.begin());
+}
+
+json as_json(const Value &value)
+{
+    if (const auto *text = std::get_if<std::string>(&value)) return *text;
+    const double number = std::get<double>(value);
+    return std::isfinite(number) ? json(number) : json(nullptr);
+}
+
+json as_json(const StudyTable &table)
+{
+    json columns = json::array(), rows = json::array();
+    for (const StudyColumn &column : table.columns) columns.push_back({{"name", column.name}, {"label", column.label}});
+    for (const auto &row : table.rows) {
+        json line = json::array();
+        for (const Value &value : row) line.push_back(as_json(value));
+        rows.push_back(line);
+    }
+    return {{"id", table.id}, {"title", table.title}, {"csv", table.id + ".csv"}, {"columns", columns}, {"rows", rows}};
+}
+
+/// The command under the picture, as design's pictures have it.
+std::string head(const Study &study)
+{
+    return fmt::format("set label 100 {} at screen 0.012, screen 0.018 left font ',13' textcolor rgb '#505050' noenhanced\n",
+                       gnuplot_text(study.command));
+}
+
+} // namespace
+
+std::string StudyTable::csv() const
+{
+    std::string text;
+    for (const StudyColumn &column : columns) text += (text.empty() ? "" : ",") + column.name;
+    text += '\n';
+    for (const auto &row : rows) {
+        for (std::size_t n = 0; n < row.size(); ++n) {
+            if (n) text += ',';
+            if (const auto *word = std::get_if<std::string>(&row[n])) {
+                text += quoted(*word);
+            } else if (const double number = std::get<double>(row[n]); std::isfinite(number)) {
+                text += fmt::format("{}", number);
+            }
+        }
+        text += '\n';
+    }
+    return text;
+}
+
+double StudyTable::number(std::size_t row, const std::string &column) const
+{
+    const auto *value = row < rows.size() ? std::get_if<double>(&rows[row][column_of(*this, column)]) : nullptr;
+    if (!value) throw Failure(ExitCode::bug, id, "no number in " + column);
+    return *value;
+}
+
+const StudyTable &Study::table(const std::string &id) const
+{
+    for (const StudyTable &each : tables) {
+        if (each.id == id) return each;
+    }
+    throw Failure(ExitCode::bug, "", "no table " + id);
+}
+
+StudyNumber study_number(const StudyTable &table, std::size_t row, const std::string &column, const std::string &format)
+{
+    return {table.id, row, column, table.number(row, column), format};
+}
+
+std::string verdict_text(Verdict verdict)
+{
+    return verdict == Verdict::holds ? "holds" : verdict == Verdict::partly ? "holds in part" : "does not hold";
+}
+
+std::string study_json(const Study &study)
+{
+    json options = json::object(), claims = json::array(), figures = json::array(), tables = json::array();
+    for (const auto &[name, value] : study.options) options[name] = value;
+    for (const StudyClaim &claim : study.claims) {
+        json numbers = json::array();
+        for (const StudyNumber &n : claim.numbers) {
+            numbers.push_back({{"value", as_json(Value(n.value))}, {"csv", n.table + ".csv"}, {"row", n.row + 1}, {"column", n.column}});
+        }
+        claims.push_back({{"id", claim.id}, {"claim", claim.claim}, {"verdict", verdict_text(claim.verdict)}, {"measured", claim.measured}, {"why", claim.why}, {"numbers", numbers}});
+    }
+    for (const StudyFigure &figure : study.figures) {
+        figures.push_back({{"id", figure.id}, {"title", figure.title}, {"csv", figure.id + ".csv"}, {"svg", figure.id + ".svg"}, {"png", figure.id + ".png"}});
+    }
+    for (const StudyTable &table : study.tables) tables.push_back(as_json(table));
+    const json out = {{"schema", "voxshell-study/1"}, {"version", tool_version()}, {"study", study.name}, {"command", study.command},
+                      {"options", options},           {"claims", claims},         {"figures", figures},  {"tables", tables}};
+    return out.dump(1) + "\n";
+}
+
+void write_study(const Study &study, const std::filesystem::path &folder, Outputs &outputs, Progress &progress)
+{
+    std::vector<std::string> svg;
+    progress.stage("pictures", study.figures.size());
+    for (const StudyFigure &figure : study.figures) {
+        progress.check();
+        const auto draw = [&](Picture picture) {
+            return gnuplot(gnuplot_sheet(picture, figure.width, figure.height) + "$data << END\n" + figure.csv.substr(figure.csv.find('\n') + 1) +
+                           "END\nset datafile separator ','\n" + head(study) + figure.script);
+        };
+        const std::vector<std::uint8_t> drawn = draw(Picture::svg);
+        svg.emplace_back(drawn.begin(), drawn.end());
+        outputs.add(folder / (figure.id + ".csv"), figure.csv);
+        outputs.add(folder / (figure.id + ".svg"), svg.back());
+        outputs.add(folder / (figure.id + ".png"), draw(Picture::png));
+        progress.advance(1);
+    }
+    for (const auto *tables : {&study.tables, &study.timings}) {
+        for (const StudyTable &table : *tables) outputs.add(folder / (table.id + ".csv"), table.csv());
+    }
+    outputs.add(folder / "summary.json", study_json(study));
+    outputs.add(folder / "index.html", study_page(study, svg));
+}
+
+} // namespace voxshell
