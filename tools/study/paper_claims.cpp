@@ -100,7 +100,7 @@ StudyClaim smoother(const Study &study)
 {
     Account a(study, "smoother", "All in all the force evolves more smoothly (section 5).",
               "The laws differ in the direction of the forces, not in which points collide. A point under the one force layer gives none, one above it none: whole rings of points come and go as the layer's steps pass, "
-              "and the normal force follows. The paper's figures leave the normal force out. A trilinear distance has no layer to leave.");
+              "and the normal force follows. At the four sides of the cylinder its face lies along the grid at a border of cells: there what is half a cell deep has not yet reached the middle of its cell, from which depth counts, and the force is 0. The paper's figures leave the normal force out. A trilinear distance has no layer to leave.");
     const StudyTable &ratios = study.table("ratios");
     double least = 9;
     a.say("Ripple of the normal force, average over original: ");
@@ -119,7 +119,7 @@ StudyClaim exact_points(const Study &study)
 {
     Account a(study, "exact", "Points that lie exactly on the surface avoid force distractions (sections 2.1 and 5).",
               "A naive point is off by up to 0.87 e, which is more than the layer is deep: on the plane that pushes to the side. On the cylinder along the grid it helps: its cells are alike all along the axis, exact points of equal depth "
-              "meet a step of the cells at once, naive ones one after another. With one force layer the cells' steps decide, not the points; with a distance in place of it exact points win on every measure.");
+              "meet a step of the cells at once, naive ones one after another; turned out of the grid, the same cylinder has it the other way round. With a distance in place of the layer exact points have far less force across.");
     const StudyTable &ratios = study.table("ratios");
     double most = 0, least = 9;
     const auto pair = [&](const char *name, const char *text) {
@@ -169,7 +169,7 @@ StudyClaim stable(const Study &study)
     a.say("The output's swing in the last 0.3 s: ");
     for (const char *panel : panels) {
         const Words words{{"scenario", panel}, {"law", "average"}, {"field", "surface"}, {"coupling", "PT2 5 Hz"}};
-        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any, "oscillation_n");
+        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any, "oscillation_n", "{:.2f}");
         const double steady = a.say(" (mean @ N), ", "fig12_means", words, any, "steady_n");
         const bool calm = swing <= calm_share * steady;
         any_calm |= calm;
@@ -188,14 +188,14 @@ StudyClaim framework(const Study &study)
     bool all_calm = true, through = false;
     a.say("So bounded, the output's swing at the end is ");
     for (const char *panel : panels) {
-        const Words words{{"scenario", panel}, {"law", "average"}, {"field", "surface"}, {"coupling", "PT2 5 Hz, bounded"}};
-        const double swing = a.say(std::string(panel).substr(3) + " @ N, ", "fig12_means", words, any, "oscillation_n");
+        const Words words{{"scenario", panel}, {"law", "average"}, {"field", "surface"}, {"coupling", "PT2 5 Hz bounded"}};
+        const double swing = a.say(std::string(panel).substr(3) + " @ N, ", "fig12_means", words, any, "oscillation_n", "{:.2f}");
         all_calm &= swing <= 0.1;
         through |= study.table("fig12_means").number(rows_of(study.table("fig12_means"), words).front(), "through_pct") > 0;
     }
-    const Words first{{"scenario", "fig12a"}, {"field", "surface"}, {"coupling", "PT2 5 Hz, bounded"}};
+    const Words first{{"scenario", "fig12a"}, {"field", "surface"}, {"coupling", "PT2 5 Hz bounded"}};
     a.say("but of the wall @ N is left at the end of a", "fig12_means", first, any, "steady_n");
-    a.say(", where the hand is @ mm deep.", "fig12_means", first, any, "deepest_mm");
+    a.say(", and the hand gets @ mm deep.", "fig12_means", first, any, "deepest_mm");
     return a.judged(of(all_calm && !through, all_calm));
 }
 
@@ -226,7 +226,7 @@ StudyClaim walls(const Study &study)
 StudyClaim fits(const Study &study)
 {
     Account a(study, "patches", "Ours: patches keep opposed normals apart, where the paper's one mean cancels (wedge, peg).",
-              "In a wedge that is pressed aslant, and in a hole, one mean stands for two walls. One force layer of 1 mm cannot render fits of 0.2 mm whatever the law: a surface cell reaches up to a cell off the wall, and so pushes a peg that has play. At the mouth a distance leads up and out as well as inwards, and a tip's edge is one point for two faces: that is what is left of the error.");
+              "In a wedge that is pressed aslant, and in a hole, one mean stands for two walls. One force layer of 1 mm cannot render fits of 0.2 mm whatever the law: a surface cell reaches up to a cell off the wall, and so pushes a peg that has play. What is left with a distance we lay to the mouth, where it leads up and out as well as inwards, and to the tip's edge, where a point stands for two faces; not measured apart.");
     const auto wrench = [&](const char *text, const char *group, const char *law, double level) {
         return a.say(text, std::string(group) + "_means", {{"law", law}, {"field", "distance"}}, level, "wrench_error_pct");
     };
@@ -248,7 +248,7 @@ StudyClaim ours(const Study &study)
     a.say("The output's swing in the last 0.3 s: ");
     for (const char *panel : panels) {
         const Words words{{"scenario", panel}, {"coupling", "automatic"}};
-        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any, "oscillation_n");
+        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any, "oscillation_n", "{:.2f}");
         const double steady = a.say(" (mean @ N)", "fig12_means", words, any, "steady_n");
         const double deepest = a.say(", deepest @ mm; ", "fig12_means", words, any, "deepest_mm");
         calm &= swing <= std::max(0.05, calm_share * steady);

@@ -33,9 +33,12 @@ const LoopRun &loop_run(const PaperRuns &runs, const std::string &id, std::size_
     throw Failure(ExitCode::bug, id, "no such run");
 }
 
-std::string layout(int rows, int columns, const char *spacing)
+/// Room for titles, tics and the command is the same number of points on every sheet.
+std::string layout(const StudyFigure &figure, int rows, int columns, double across = 0.09, double title_lines = 1)
 {
-    return fmt::format("set multiplot layout {},{} margins 0.095,0.975,0.115,0.945 spacing {}\n", rows, columns, spacing);
+    const double line = 19.0 / figure.height, tics = 2;
+    return fmt::format("set multiplot layout {},{} margins 0.095,0.975,{:.4f},{:.4f} spacing {},{:.4f}\n", rows, columns, 4.3 * line, 1 - (1 + title_lines) * line, across,
+                       (tics + 1 + title_lines) * line);
 }
 
 StudyFigure figure8(const PaperRuns &runs)
@@ -60,7 +63,7 @@ StudyFigure figure8(const PaperRuns &runs)
         }
     }
     const double end = std::max(1.0, std::ceil(most));
-    figure.script = layout(2, 2, "0.09,0.115") + fmt::format("set size ratio -1\nset xrange [-{0}:{0}]\nset yrange [-{0}:{0}]\nset xtics 2\nset ytics 2\nunset key\n", end);
+    figure.script = layout(figure, 2, 2) + fmt::format("set size ratio -1\nset xrange [-{0}:{0}]\nset yrange [-{0}:{0}]\nset xtics 2\nset ytics 2\nunset key\n", end);
     const struct {
         const char *panel, *title, *colour;
     } panels[] = {{"a", "a  along the grid, original", palette::vermilion}, {"b", "b  along the grid, average", palette::blue},
@@ -81,7 +84,7 @@ StudyFigure figure9(const PaperRuns &runs, bool across)
 {
     StudyFigure figure{across ? "fig9" : "fig9_normal",
                        across ? "Figure 9: force across the cylinder's normal, in one direction" : "Figure 9, what it does not show: the normal force",
-                       across ? fmt::format("The ball goes once round the cylinder, {} e deep; the component along the cylinder's axis, in % of the mean normal force.", shown_depth_e)
+                       across ? fmt::format("The ball goes once round the cylinder, {} e deep; the component along its way, in % of the mean normal force.", shown_depth_e)
                               : fmt::format("The same ticks: the normal force itself, in % of its mean. Both laws of the paper leave its ripple; a trilinear distance with its gradient does not. {} e deep.", shown_depth_e),
                        "t_s,original_pct,average_pct,gradient_distance_pct\n", "", 900, across ? 620 : 760};
     const PathRun &a = path_run(runs, "fig9a", shown_depth_e), &b = path_run(runs, "fig9b", shown_depth_e);
@@ -90,7 +93,7 @@ StudyFigure figure9(const PaperRuns &runs, bool across)
         return v.method.law == VXS_CONTACT_GRADIENT && v.method.shell == ShellKind::exact;
     });
     const PathRun &c = path_run(runs, "control9", shown_depth_e, 1, static_cast<std::size_t>(smooth - control.variants.begin()));
-    const std::size_t axis = across ? 1 : 0;
+    const std::size_t axis = across ? 2 : 0;
     double most = 0;
     for (std::size_t n = 0; n < a.samples.size(); n += 2) {
         figure.csv += fmt::format("{:.3f}", a.progress[n]);
@@ -102,7 +105,7 @@ StudyFigure figure9(const PaperRuns &runs, bool across)
         figure.csv += '\n';
     }
     const double end = 5 * std::ceil(most / 5);
-    figure.script = layout(across ? 2 : 3, 1, "0.05,0.09") + "set xrange [0:3]\nunset key\nset ylabel '[% of mean normal force]'\n" +
+    figure.script = layout(figure, across ? 2 : 3, 1) + "set xrange [0:3]\nunset key\nset ylabel '[% of mean normal force]'\n" +
                     (across ? fmt::format("set yrange [-{0}:{0}]\nset ytics 5\n", end) : fmt::format("set yrange [0:{}]\nset ytics 50\n", end));
     figure.script += fmt::format("set title 'a  original'\nplot $data using 1:2 with lines lw 1 lc rgb '{}'\n{}", palette::vermilion, said_once);
     if (across) figure.script += "set xlabel 'time [s]'\n";
@@ -127,8 +130,8 @@ StudyFigure figure_ratios(const StudyTable &ratios)
         int point;
     } pairs[] = {{"fig8b / fig8a", "8b / 8a, plane along the grid", palette::black, -0.15, 4}, {"fig8d / fig8c", "8d / 8c, turned plane", palette::blue, 0, 7},
                  {"fig9b / fig9a", "9b / 9a, cylinder", palette::green, 0.15, 9}};
-    figure.script = "set tmargin 3\nset bmargin 6\nset xrange [0.5:3.5]\nset yrange [0:*]\nset xtics ('0.25 e' 1, '0.5 e' 2, '1 e' 3)\nset xlabel 'depth'\n"
-                    "set ylabel 'tangential peak, ratio'\nset key top right Left reverse opaque box lc rgb '#d8d8d8'\n"
+    figure.script = "set tmargin 1\nset bmargin 6\nset xrange [0.5:3.5]\nset yrange [0:*]\nset xtics ('0.25 e' 1, '0.5 e' 2, '1 e' 3)\nset xlabel 'depth'\n"
+                    "set ylabel 'tangential peak, ratio'\nset key bottom left Left reverse opaque box lc rgb '#d8d8d8'\n"
                     "set arrow 1 from graph 0, first 0.7 to graph 1, first 0.7 nohead dt 2 lc rgb '#606060'\nset label 1 '0.7' at graph 0.005, first 0.7 offset 0, 0.6\n"
                     "place(depth) = depth < 0.3 ? 1 : depth < 0.7 ? 2 : 3\nplot ";
     for (const auto &p : pairs) {
@@ -145,7 +148,7 @@ StudyFigure figure_control(const StudyTable &control)
     StudyFigure figure{"control", "All methods: what stays across the normal, and in it",
                        "Exact and naive shells, each law and field, 0.5 e deep, means over the seeds. Left: tangential force; right: ripple of the normal force; both in % of the mean normal force, on logarithmic axes.",
                        "stands,method,across_rms_pct,ripple_pct,place\n", "", 900, 800};
-    std::string tics;
+    std::string tics, blank;
     int place = 0;
     for (const bool is_round : {false, true}) {
         place = 0;
@@ -154,19 +157,20 @@ StudyFigure figure_control(const StudyTable &control)
             if (word(0) != (is_round ? "control9" : "control8") || word(4) != "count" || control.number(n, "level") != shown_depth_e) continue;
             const std::string method = fmt::format("{}, {}, {}", word(1), word(2), word(3));
             ++place;
+            if (!is_round) blank += fmt::format("{}'' {}", blank.empty() ? "" : ", ", place);
             if (!is_round) tics += fmt::format("{}'{}' {}", tics.empty() ? "" : ", ", method, place);
             figure.csv += fmt::format("{},\"{}\",{:.5g},{:.5g},{}\n", is_round ? "cylinder" : "plane", method, control.number(n, "across_rms_pct"), control.number(n, "ripple_pct"), place);
         }
     }
-    figure.script = fmt::format("set multiplot layout 1,2 margins 0.27,0.975,0.13,0.9 spacing 0.04,0.1\nset yrange [{}.7:0.3]\nset logscale x\nset xrange [1e-4:100]\n"
-                                "set format x '10^{{%L}}'\nset ytics ({})\nset key at screen 0.62, screen 0.985 center top horizontal\nset xlabel 'tangential rms [%]'\n",
+    figure.script = fmt::format("set multiplot layout 1,2 margins 0.27,0.975,0.13,0.98 spacing 0.04,0.1\nset yrange [{}.7:0.3]\nset logscale x\nset xrange [1e-4:100]\n"
+                                "set format x '10^{{%L}}'\nset ytics ({})\nset key at graph 0.62, graph 0.98 right top\nset xlabel 'tangential rms [%]'\n",
                                 place, tics);
     const auto plot = [&](int column, bool key) {
         return fmt::format("plot $data using (strcol(1) eq 'plane' ? ${0} : NaN):5 with points pt 7 ps 1.1 lc rgb '{1}' {3}, "
                            "$data using (strcol(1) eq 'cylinder' ? ${0} : NaN):5 with points pt 9 ps 1.2 lc rgb '{2}' {4}\n",
                            column, palette::blue, palette::vermilion, key ? "title 'turned plane'" : "notitle", key ? "title 'cylinder'" : "notitle");
     };
-    figure.script += plot(3, true) + said_once + "set format y ''\nset xlabel 'ripple of the normal force [%]'\nset xrange [1e-4:100]\n" + plot(4, false) + "unset multiplot\n";
+    figure.script += plot(3, true) + said_once + fmt::format("set ytics ({})\n", blank) + "set xlabel 'ripple of the normal force [%]'\nset xrange [1e-4:100]\n" + plot(4, false) + "unset multiplot\n";
     return figure;
 }
 
@@ -210,8 +214,8 @@ StudyFigure figure_fits(const PaperRuns &runs, const std::string &id, std::size_
             figure.csv += '\n';
         }
     }
-    figure.script = layout(static_cast<int>(scenario.levels.size()), 1, "0.05,0.085") + "set key top right Left reverse opaque box lc rgb '#d8d8d8' samplen 3\n" +
-                    (is_peg ? "set ylabel 'torque / radius [k e]'\nset xrange [0:15]\nset yrange [0:*]\n" : "set ylabel 'off by [degrees]'\nset xrange [0:2]\nset yrange [0:90]\nset ytics 30\n");
+    figure.script = layout(figure, static_cast<int>(scenario.levels.size()), 1) + "set key top right Left reverse opaque box lc rgb '#d8d8d8' samplen 3\n" +
+                    (is_peg ? "set ylabel 'torque / radius [k e]'\nset xrange [0:15]\nset yrange [0:*]\n" : "set ylabel 'off by [degrees]'\nset xrange [0:2]\nset yrange [0:60]\nset ytics 20\n");
     for (std::size_t n = 0; n < scenario.levels.size(); ++n) {
         const double level = scenario.levels[n];
         figure.script += fmt::format("set title '{}'\n", is_peg ? fmt::format("peg of {} mm", level) : level == 1 ? "both walls alike" : "the other wall half as deep");
@@ -222,10 +226,15 @@ StudyFigure figure_fits(const PaperRuns &runs, const std::string &id, std::size_
             figure.script += fmt::format("{}$data using ($1 == {} ? $2 : NaN):{} with lines lw 2 dt {} lc rgb '{}' {}", c ? ", " : "", level, c + 3, curves[c].dash, curves[c].colour,
                                          n == 0 ? fmt::format("title '{}, {}'", law_name(m.law), field_name(m.field)) : "notitle");
         }
-        figure.script += "\n" + std::string(said_once);
+        figure.script += "\nunset key\n" + std::string(said_once);
     }
     figure.script += "unset multiplot\n";
     return figure;
+}
+
+std::string automatic_title(const std::string &coupling, const char *method)
+{
+    return fmt::format("automatic: {}; {}", coupling.substr(0, coupling.find(" (auto)")), method);
 }
 
 StudyFigure figure11(const PaperRuns &runs)
@@ -249,10 +258,10 @@ StudyFigure figure11(const PaperRuns &runs)
         }
         figure.csv += '\n';
     }
-    figure.script = layout(static_cast<int>(scenario.variants.size()), 1, "0.05,0.055") + "set xrange [0:3.5]\nset yrange [0:*]\nunset key\nset ylabel 'force [N]'\n";
+    figure.script = layout(figure, static_cast<int>(scenario.variants.size()), 1) + "set xrange [0:3.5]\nset yrange [0:12]\nset ytics 5\nunset key\nset ylabel 'force [N]'\n";
     const char *titles[] = {"none", "spring-damper (0.05 kg, 1 N/mm, damping 0.7)", "PT2 5 Hz, damping 1 (the paper)", "PT2 50 Hz, damping 1", nullptr, nullptr};
     for (std::size_t v = 0; v < scenario.variants.size(); ++v) {
-        const std::string title = titles[v] ? titles[v] : "automatic: " + loop_run(runs, "fig11", v).coupling + (v == 4 ? "" : ", patch, distance");
+        const std::string title = titles[v] ? titles[v] : automatic_title(loop_run(runs, "fig11", v).coupling, v == 4 ? "average, surface" : "patch, distance");
         if (v + 1 == scenario.variants.size()) figure.script += "set xlabel 'time [s]'\n";
         figure.script += fmt::format("set title '{}'\nplot $data using 1:{} with lines lw 0.7 lc rgb '{}', $data using 1:{} with lines lw 2.5 lc rgb '{}'\n{}", title, 2 * v + 2, palette::amber, 2 * v + 3,
                                      v + 1 == scenario.variants.size() ? palette::green : palette::blue, said_once);
@@ -272,12 +281,13 @@ StudyFigure figure12(const PaperRuns &runs, std::size_t variant, const std::stri
             if (run.time[n] >= 0) figure.csv += fmt::format("{},{:.3f},{:.5g},{:.5g}\n", panel, run.time[n], run.collision[n], run.output[n]);
         }
         const Scenario &scenario = *run.key.scenario;
+        if (panel[0] == 'c') figure.script += "set key top right opaque samplen 2\n";
         figure.script += fmt::format("set title '{}  {}, {:g} mm/s'\nset xlabel '{}'\nset ylabel '{}'\nset xrange [0:{}]\n"
-                                     "plot $data using (strcol(1) eq '{}' ? $2 : NaN):3 with lines lw 0.7 lc rgb '{}', $data using (strcol(1) eq '{}' ? $2 : NaN):4 with lines lw 2.5 lc rgb '{}'\n{}",
+                                     "plot $data using (strcol(1) eq '{}' ? $2 : NaN):3 with lines lw 0.7 lc rgb '{}' {}, $data using (strcol(1) eq '{}' ? $2 : NaN):4 with lines lw 2.5 lc rgb '{}' {}\n{}",
                                      panel, panel[0] < 'c' ? "Premium 1.5" : "light-weight robot", 1e3 * scenario.speeds[0], panel[0] < 'c' ? "" : "time [s]", panel[0] == 'a' || panel[0] == 'c' ? "force [N]" : "",
-                                     std::ceil(10 * run.time.back()) / 10, panel, palette::amber, panel, palette::blue, said_once);
+                                     std::ceil(10 * run.time.back()) / 10, panel, palette::amber, panel[0] == 'c' ? "title 'collision force'" : "notitle", panel, palette::blue, panel[0] == 'c' ? "title 'output force'" : "notitle", said_once);
     }
-    figure.script = layout(2, 2, "0.075,0.1") + "set yrange [0:*]\nunset key\n" + figure.script + "unset multiplot\n";
+    figure.script = layout(figure, 2, 2, 0.075) + "set yrange [0:*]\nunset key\n" + figure.script + "unset multiplot\n";
     return figure;
 }
 
@@ -293,11 +303,10 @@ StudyFigure figure_wall(const StudyTable &wall)
         if (panels.empty() || panels.back() != panel) panels.push_back(panel);
         figure.csv += fmt::format("{},{},\"{}\",{},{},{}\n", word(2), word(3), word(5), wall.number(n, "level"), wall.number(n, "speed_mm_per_s"), wall.number(n, "through_pct"));
     }
-    figure.script = layout(2, 3, "0.05,0.13") + "unset key\nset logscale x\nset xrange [35:700]\nset xtics (50, 100, 200, 500)\nset yrange [0:6]\nset ytics (1, 2, 3, 5)\n";
+    figure.script = layout(figure, 2, 3, 0.05, 2) + "unset key\nset logscale x\nset xrange [35:700]\nset xtics (50, 100, 200, 500)\nset yrange [0:6]\nset ytics (1, 2, 3, 5)\n";
     for (std::size_t n = 0; n < panels.size(); ++n) {
         std::string title = panels[n];
-        if (const std::size_t cut = title.rfind(", PT2"); cut != std::string::npos) title.replace(cut, 2, "\\n");
-        else if (const std::size_t last = title.rfind(", "); last != std::string::npos) title.replace(last, 2, "\\n");
+        title.replace(title.rfind(", "), 2, "\\n");
         figure.script += fmt::format("set title \"{}\" font ',13'\nset xlabel '{}'\nset ylabel '{}'\nis(law, field, coupling) = law . ', ' . field . ', ' . coupling eq '{}'\n"
                                      "plot $data using (is(strcol(1), strcol(2), strcol(3)) ? $5 : NaN):4 with points pt 6 ps 2.2 lw 1.5 lc rgb '{}', "
                                      "$data using (is(strcol(1), strcol(2), strcol(3)) && $6 > 0 ? $5 : NaN):4:(2.2 * sqrt($6 / 100)) with points pt 7 ps variable lc rgb '{}'\n{}",

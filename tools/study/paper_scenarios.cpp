@@ -149,7 +149,7 @@ std::string coupled_text(const Coupled &coupled)
     switch (coupled.kind) {
     case Coupled::none: return "none";
     case Coupled::spring_damper: return "spring-damper";
-    case Coupled::pt2: return fmt::format("PT2 {:g} Hz{}", coupled.hertz, coupled.bounded ? ", bounded" : "");
+    case Coupled::pt2: return fmt::format("PT2 {:g} Hz{}", coupled.hertz, coupled.bounded ? " bounded" : "");
     case Coupled::automatic: return "automatic";
     }
     return "";
