@@ -4,7 +4,7 @@
 
 #include "import/scene.hpp"
 #include "pipeline/convert_part.hpp"
-#include "study/memory.hpp"
+#include "plan/memory.hpp"
 
 #include "voxshell/pointshell.h"
 #include "voxshell/voxmap.h"

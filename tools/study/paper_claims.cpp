@@ -243,7 +243,7 @@ StudyClaim fits(const Study &study)
 StudyClaim ours(const Study &study)
 {
     Account a(study, "ours", "Ours: patches, distance and a designed spring are calm, firm and keep the probe outside (figure 12).",
-              "The object hangs on the device by a spring that the loop carries, whatever the contact's stiffness; the device may be ahead, the object is not.");
+              "The design picks a quasi-static spring: the object hangs on the device by a spring that the loop carries, whatever the contact's stiffness; the device may be ahead, the object is not.");
     bool calm = true, outside = true;
     a.say("The output's swing in the last 0.3 s: ");
     for (const char *panel : panels) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contact through a coupling: at a prescribed pose (figure 11), and with a device that a hand holds (figure 12, walls).
+#include "plan/memory.hpp"
 #include "study/bodies.hpp"
-#include "study/memory.hpp"
 #include "study/paper_path.hpp"
 #include "study/paper_run.hpp"
+#include "study/scene_contact.hpp"
 #include "study/servo_run.hpp"
 
 #include "voxshell/servo.h"
@@ -105,7 +106,10 @@ SceneFile scene_of(const RunKey &key)
         scene.damping = 0.7;
         break;
     case Coupled::pt2: scene.frequency = how.coupled.hertz; break;
-    case Coupled::automatic: scene.design = true; break;
+    case Coupled::automatic:
+        scene.coupling = CouplingKind::designed;
+        scene.design = true;
+        break;
     }
     return scene;
 }
@@ -116,19 +120,6 @@ double carried(const vxs_simulated_config &device, const vxs_coupling_config &co
     vxs_simulated_config held = device;
     held.arm = *vxs_simulated_arm_named("hand");
     return hunting_stiffness(held, coupling);
-}
-
-/// A designed PT2, or where none is stable a designed spring, which always is.
-SceneCoupling couple(SceneFile &scene, const vxs_simulated_config &device, double stiffness)
-{
-    const auto known = [&] { return ContactStiffness{stiffness, "along the path"}; };
-    try {
-        return scene_coupling(scene, device, known);
-    } catch (const Failure &failure) {
-        if (!scene.design || failure.code != ExitCode::requirement) throw;
-        scene.coupling = CouplingKind::quasi_static;
-        return scene_coupling(scene, device, known);
-    }
 }
 
 LoopRun empty(const RunKey &key)
@@ -171,9 +162,9 @@ LoopRun run_coupled(const RunKey &key, const vxs_voxmap &map, const vxs_pointshe
         input.push_back(along(step, result.wrench.force)[0]);
         run.contact_stiffness = std::max(run.contact_stiffness, result.stiffness);
     }
-    SceneFile scene = scene_of(key);
     const vxs_simulated_config device = simulated_device(scenario.device, study_rate);
-    const SceneCoupling coupled = couple(scene, device, run.contact_stiffness);
+    const SceneContact known{[&] { return ContactStiffness{run.contact_stiffness, "along the path"}; }, [] { return std::vector<Push>(); }};
+    const SceneCoupling coupled = scene_coupling(scene_of(key), device, known);
     run.coupling = coupled.text;
     run.largest_stiffness = carried(device, coupled.config);
     vxs_coupling *coupling = nullptr;
@@ -222,9 +213,9 @@ LoopRun run_loop(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell 
     device.arm = *vxs_simulated_arm_named(scene.arm.c_str());
     run.contact_stiffness = contact_stiffness(scene, map, shell).value;
     if (key.how().coupled.bounded) {
-        scene.most_stiffness = run.bound = carried(device, couple(scene, device, run.contact_stiffness).config) / 2;
+        scene.most_stiffness = run.bound = carried(device, scene_coupling(scene, device, scene_contact(scene, map, shell)).config) / 2;
     }
-    const SceneCoupling coupled = couple(scene, device, run.contact_stiffness);
+    const SceneCoupling coupled = scene_coupling(scene, device, scene_contact(scene, map, shell));
     run.largest_stiffness = carried(device, coupled.config);
 
     RunOptions options{scenario.device, scene.hand.keyframes.back().t, false, true};
@@ -238,7 +229,6 @@ LoopRun run_loop(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell 
     run.saturated = bit(VXS_SERVO_SATURATED) / study_rate;
     run.flagged_deep = servo.contact_ticks ? bit(VXS_CONTACT_DEEP) / static_cast<double>(servo.contact_ticks) : 0;
 
-    const bool is_sprung = coupled.config.kind == VXS_COUPLING_QUASI_STATIC;
     const double thick = scenario.stands == Stands::plate ? key.level_value() * scenario.voxel : cup_outer - cup_inner;
     run.deepest = -std::numeric_limits<double>::infinity();
     std::vector<Point> positions, forces;
@@ -246,12 +236,7 @@ LoopRun run_loop(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell 
     std::vector<ForceSample> felt;
     double touched = -1;
     for (const TraceRow &row : servo.rows) {
-        // The object hangs on the device by the spring that the device feels.
-        Point object = row.device;
-        if (is_sprung) {
-            for (std::size_t i = 0; i < 3; ++i) object[i] += row.output_force[i] / coupled.config.stiffness;
-        }
-        run.deepest = std::max(run.deepest, depth_of(scenario, object));
+        run.deepest = std::max(run.deepest, depth_of(scenario, row.body));
         positions.push_back(row.device);
         forces.push_back(row.output_force);
         input.push_back(std::sqrt(dot(row.collision_force, row.collision_force)));

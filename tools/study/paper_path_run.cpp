@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contact along a prescribed path.
-#include "study/memory.hpp"
+#include "plan/memory.hpp"
 #include "study/paper_path.hpp"
 #include "study/paper_run.hpp"
 

@@ -281,7 +281,7 @@ std::vector<StudyTable> paper_tables(const PaperRuns &runs)
     }
     const struct {
         const char *group, *title, *note;
-    } loops[] = {{"fig11", "Figure 11, means over the seeds", "Pose prescribed: no device in the loop. Lag: of the output behind the contact at the device, both along the normal. Automatic: a quasi-static spring where no PT2 is stable at this stiffness."},
+    } loops[] = {{"fig11", "Figure 11, means over the seeds", "Pose prescribed: no device in the loop. Lag: of the output behind the contact at the device, both along the normal. Automatic: what the design of kind and numbers picks for the stiffness on this path, held by a hand."},
                  {"fig12", "Figure 12, means over the seeds", "Loop carries: the stiffness below which device, hand and filter stay calm, friction counted. Contact: the stiffest on the way. Energy: least taken from the hand; below 0 the loop gave some."},
                  {"wall", "Walls, means over the seeds", "Level: thickness in e. Through: the object's deepest point came out behind."}};
     for (const auto &group : loops) {
