@@ -21,6 +21,8 @@ class OpenPart {
 
     vxs_voxmap map{};
     vxs_pointshell shell{};
+    const vxs_asset &map_file() const { return map_file_; }
+    const vxs_asset &shell_file() const { return shell_file_; }
     double area = 0; ///< of the mesh [m^2]
 
   private:

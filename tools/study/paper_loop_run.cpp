@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contact through a coupling: at a prescribed pose (figure 11), and with a device that a hand holds (figure 12, walls).
 #include "plan/memory.hpp"
+#include "plan/scene_contact.hpp"
+#include "plan/scene_plan.hpp"
 #include "study/bodies.hpp"
+#include "study/open_part.hpp"
 #include "study/paper_path.hpp"
 #include "study/paper_run.hpp"
-#include "study/scene_contact.hpp"
 #include "study/servo_run.hpp"
 
 #include "voxshell/servo.h"
@@ -50,7 +52,7 @@ double depth_of(const Scenario &scenario, const Point &middle)
     return scenario.radius - high;
 }
 
-HandPath hand_of(const Scenario &scenario, const Place &place, const Draw &draw, double speed)
+HandPath hand_path(const Scenario &scenario, const Place &place, const Draw &draw, double speed)
 {
     const auto pose = [&](double high) {
         Pose p;
@@ -122,6 +124,13 @@ double carried(const vxs_simulated_config &device, const vxs_coupling_config &co
     return hunting_stiffness(held, coupling);
 }
 
+PlannedAsset planned(const vxs_asset &asset, const char *name)
+{
+    PlannedAsset out{name, {}};
+    std::ranges::copy(vxs_asset_header(&asset)->content_hash, out.content_hash.begin());
+    return out;
+}
+
 LoopRun empty(const RunKey &key)
 {
     LoopRun run{};
@@ -137,8 +146,9 @@ bool is_drawn(const RunKey &key)
 
 } // namespace
 
-LoopRun run_coupled(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell &shell)
+LoopRun run_coupled(const RunKey &key, const OpenPart &stands, const OpenPart &moves)
 {
+    const vxs_pointshell &shell = moves.shell;
     const Scenario &scenario = *key.scenario;
     const Path path(scenario, key.level_value(), key.seed);
     vxs_contact_config config;
@@ -151,7 +161,7 @@ LoopRun run_coupled(const RunKey &key, const vxs_voxmap &map, const vxs_pointshe
     vxs_contact *direct = nullptr, *contact = nullptr;
     vxs_contact_init(room.get(), room.size(), &shell, 1, &direct);
     vxs_contact_init(other.get(), other.size(), &shell, 1, &contact);
-    const vxs_contact_static statics{&map, nullptr};
+    const vxs_contact_static statics{&stands.map, nullptr};
     LoopRun run = empty(key);
     std::vector<double> input, output;
     run.contact_stiffness = 0;
@@ -201,27 +211,30 @@ LoopRun run_coupled(const RunKey &key, const vxs_voxmap &map, const vxs_pointshe
     return run;
 }
 
-LoopRun run_loop(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell &shell)
+LoopRun run_loop(const RunKey &key, const OpenPart &stands, const OpenPart &moves)
 {
     const Scenario &scenario = *key.scenario;
     const Draw d = draw(key.seed);
     const Place place = place_of(scenario, d);
     SceneFile scene = scene_of(key);
-    scene.hand = hand_of(scenario, place, d, key.speed_value());
+    scene.hand = hand_path(scenario, place, d, key.speed_value());
     LoopRun run = empty(key);
     vxs_simulated_config device = simulated_device(scenario.device, study_rate);
     device.arm = *vxs_simulated_arm_named(scene.arm.c_str());
-    run.contact_stiffness = contact_stiffness(scene, map, shell).value;
+    run.contact_stiffness = contact_stiffness(scene, stands.map, moves.shell).value;
     if (key.how().coupled.bounded) {
-        scene.most_stiffness = run.bound = carried(device, scene_coupling(scene, device, scene_contact(scene, map, shell)).config) / 2;
+        scene.most_stiffness = run.bound = carried(device, scene_coupling(scene, device, {}).config) / 2; // of a pt2 that is given
     }
-    const SceneCoupling coupled = scene_coupling(scene, device, scene_contact(scene, map, shell));
-    run.largest_stiffness = carried(device, coupled.config);
+    const PlanFile plan = scene_plan(scene, scene.device, planned(stands.map_file(), "stands.voxmap"), planned(moves.shell_file(), "moves.pointshell"),
+                                     scene_contact(scene, stands.map, moves.shell));
+    const vxs_asset assets[] = {stands.map_file(), moves.shell_file()};
+    const PlannedServo loop(plan, assets, scenario.id);
+    run.coupling = loop.coupling;
+    run.largest_stiffness = carried(device, loop.config.coupling);
 
-    RunOptions options{scenario.device, scene.hand.keyframes.back().t, false, true};
+    const RunOptions options{scene.hand.keyframes.back().t, false, true};
     Progress silent;
-    const ServoRun servo = run_servo(scene, map, shell, options, silent);
-    run.coupling = servo.coupling;
+    const ServoRun servo = run_servo(loop, options, silent);
     run.collision_peak = servo.collision_peak;
     run.output_peak = servo.output_peak;
     run.tick = servo.tick;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contact along a prescribed path.
 #include "plan/memory.hpp"
+#include "study/open_part.hpp"
 #include "study/paper_path.hpp"
 #include "study/paper_run.hpp"
 
@@ -18,8 +19,9 @@ bool is_drawn(const RunKey &key)
 
 } // namespace
 
-PathRun run_path(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell &shell)
+PathRun run_path(const RunKey &key, const OpenPart &stands, const OpenPart &moves)
 {
+    const vxs_pointshell &shell = moves.shell;
     const Scenario &scenario = *key.scenario;
     const Path path(scenario, key.level_value(), key.seed);
     const Method &method = key.how().method;
@@ -35,7 +37,7 @@ PathRun run_path(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell 
     if (vxs_contact_init(room.get(), room.size(), &shell, 1, &contact) != VXS_OK) {
         throw Failure(ExitCode::bug, scenario.id, "no contact");
     }
-    const vxs_contact_static statics{&map, nullptr};
+    const vxs_contact_static statics{&stands.map, nullptr};
     std::vector<ForceSample> samples;
     PathRun run{key, {}, false, path.crossing_hz(), plane_height(scenario, key.seed) / scenario.voxel, {}, {}};
     for (std::size_t tick = 0; tick < path.ticks(); ++tick) {

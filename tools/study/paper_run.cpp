@@ -76,21 +76,17 @@ PaperRuns run_paper(const PaperOptions &options, Progress &progress)
     PaperRuns runs;
     runs.paths.resize(paths.size());
     runs.loops.resize(loops.size());
-    const auto parts = [&](const RunKey &key) {
-        const OpenPart &stands = bodies.get(standing_body(*key.scenario, key.level_value(), key.seed).name);
-        const OpenPart &moves = bodies.get(moving_body(*key.scenario, key.level_value(), key.how().method.shell).name);
-        return std::pair<const vxs_voxmap &, const vxs_pointshell &>(stands.map, moves.shell);
-    };
     progress.stage("runs", paths.size() + loops.size());
     // The long ones first: what is left at the end is short.
     tbb::parallel_for(std::size_t{0}, loops.size() + paths.size(), [&](std::size_t n) {
         progress.check();
         const RunKey &key = n < loops.size() ? loops[n] : paths[n - loops.size()];
-        const auto &[map, shell] = parts(key);
+        const OpenPart &stands = bodies.get(standing_body(*key.scenario, key.level_value(), key.seed).name);
+        const OpenPart &moves = bodies.get(moving_body(*key.scenario, key.level_value(), key.how().method.shell).name);
         if (n >= loops.size()) {
-            runs.paths[n - loops.size()] = run_path(key, map, shell);
+            runs.paths[n - loops.size()] = run_path(key, stands, moves);
         } else {
-            runs.loops[n] = is_loop(*key.scenario) ? run_loop(key, map, shell) : run_coupled(key, map, shell);
+            runs.loops[n] = is_loop(*key.scenario) ? run_loop(key, stands, moves) : run_coupled(key, stands, moves);
         }
         progress.advance(1);
     });

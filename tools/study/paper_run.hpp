@@ -65,9 +65,11 @@ struct PaperOptions {
 
 PaperRuns run_paper(const PaperOptions &options, Progress &progress);
 
-/// For run_paper(): one run. `map` and `shell` are the scenario's.
-PathRun run_path(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell &shell);
-LoopRun run_coupled(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell &shell);
-LoopRun run_loop(const RunKey &key, const vxs_voxmap &map, const vxs_pointshell &shell);
+class OpenPart;
+
+/// For run_paper(): one run with the scenario's bodies.
+PathRun run_path(const RunKey &key, const OpenPart &stands, const OpenPart &moves);
+LoopRun run_coupled(const RunKey &key, const OpenPart &stands, const OpenPart &moves);
+LoopRun run_loop(const RunKey &key, const OpenPart &stands, const OpenPart &moves);
 
 } // namespace voxshell
