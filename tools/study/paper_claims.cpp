@@ -261,7 +261,7 @@ StudyClaim ours(const Study &study)
 StudyClaim spring_on_layer(const Study &study)
 {
     Account a(study, "spring-on-one-layer", "Ours: the designed spring goes with any contact (figure 11, the automatic design).",
-              "Each tick the spring seeks the pose where contact and spring balance. With one force layer the force is not a function that has such a pose: it ends where the layer does, and the step that is sought goes far. A device's clamp hides it; the number is before the clamp. With a distance the force has no such end.");
+              "Each tick the spring seeks the pose where contact and spring balance. One force layer ends where its cells do, so that there may be no such pose; a distance has no such end. The numbers are before the device's clamp.");
     const double surface = a.say("Largest output, mean over the seeds: @ N with one force layer", "fig11_means", {{"coupling", "automatic"}, {"field", "surface"}}, any, "output_peak_n");
     const double distance = a.say("; @ N with patches and distance, ", "fig11_means", {{"coupling", "automatic"}, {"field", "distance"}}, any, "output_peak_n");
     const double contact = a.say("the contact itself being at most @ N with one layer.", "fig11_means", {{"coupling", "none"}}, any, "collision_peak_n");

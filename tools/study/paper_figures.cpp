@@ -281,11 +281,11 @@ StudyFigure figure12(const PaperRuns &runs, std::size_t variant, const std::stri
             if (run.time[n] >= 0) figure.csv += fmt::format("{},{:.3f},{:.5g},{:.5g}\n", panel, run.time[n], run.collision[n], run.output[n]);
         }
         const Scenario &scenario = *run.key.scenario;
-        if (panel[0] == 'c') figure.script += "set key top right opaque samplen 2\n";
+        if (panel[0] == 'd') figure.script += "set key top right opaque samplen 2\n";
         figure.script += fmt::format("set title '{}  {}, {:g} mm/s'\nset xlabel '{}'\nset ylabel '{}'\nset xrange [0:{}]\n"
                                      "plot $data using (strcol(1) eq '{}' ? $2 : NaN):3 with lines lw 0.7 lc rgb '{}' {}, $data using (strcol(1) eq '{}' ? $2 : NaN):4 with lines lw 2.5 lc rgb '{}' {}\n{}",
                                      panel, panel[0] < 'c' ? "Premium 1.5" : "light-weight robot", 1e3 * scenario.speeds[0], panel[0] < 'c' ? "" : "time [s]", panel[0] == 'a' || panel[0] == 'c' ? "force [N]" : "",
-                                     std::ceil(10 * run.time.back()) / 10, panel, palette::amber, panel[0] == 'c' ? "title 'collision force'" : "notitle", panel, palette::blue, panel[0] == 'c' ? "title 'output force'" : "notitle", said_once);
+                                     std::ceil(10 * run.time.back()) / 10, panel, palette::amber, panel[0] == 'd' ? "title 'collision force'" : "notitle", panel, palette::blue, panel[0] == 'd' ? "title 'output force'" : "notitle", said_once);
     }
     figure.script = layout(figure, 2, 2, 0.075) + "set yrange [0:*]\nunset key\n" + figure.script + "unset multiplot\n";
     return figure;
