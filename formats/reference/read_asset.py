@@ -184,13 +184,13 @@ class Asset:
 
 class Voxmap(Asset):
     STRIDES = {"GRID": 192, "ROOT": 4, "CHNK": 2048, "BRIK": 128, "LAYR": 512, "DIST": 1024, "CLRX": 4,
-               "CLRV": 4096, "CLRC": 4}
+               "CLRV": 4096, "CLRC": 4, "CLRP": 2048}
     CLEARANCE = ("CLRX", "CLRV", "CLRC")
     LOW_BITS = int("01" * 512, 2)  # the lower bit of all 512 states
 
     def __init__(self, data):
         super().__init__(data)
-        self.check_layout("M1", self.STRIDES, optional=("LAYR", "DIST", *self.CLEARANCE))
+        self.check_layout("M1", self.STRIDES, optional=("LAYR", "DIST", *self.CLEARANCE, "CLRP"))
         self.channels = [n for n in ("LAYR", "DIST") if n in self.by_name]
         for name in self.channels:
             if self.by_name[name].count != self.by_name["BRIK"].count:
@@ -198,6 +198,9 @@ class Voxmap(Asset):
         trio = [self.by_name[n] for n in self.CLEARANCE if n in self.by_name]
         if trio and (len(trio) != 3 or trio[0].count != self.by_name["ROOT"].count or trio[2].count != trio[0].count):
             raise Broken("M104", "TABL", trio[0].entry_offset, "CLRX, CLRV and CLRC do not fit each other or ROOT")
+        planes = self.by_name.get("CLRP")
+        if planes and not (trio and planes.count == self.by_name["CHNK"].count):
+            raise Broken("M105", "TABL", planes.entry_offset, "CLRP does not fit CHNK, or is there without CLRX")
         self.check_grid()
         self.root = self.array("ROOT", "I")
         self.chunks = self.array("CHNK", "I")
@@ -206,6 +209,7 @@ class Voxmap(Asset):
         self.check_counts()
         self.check_channels()
         self.check_clearance()
+        self.check_planes()
         self.check_content_hash()
 
     def check_grid(self):
@@ -405,6 +409,17 @@ class Voxmap(Asset):
             least, most = (96, 4096) if entry == FREE else (-4096, -96) if entry == INTERIOR else (0, 0)
             if not least <= value <= most:
                 raise Broken("M503", "CLRC", chunks_at + 4 * n, f"clearance {value} of chunk {n}, whose entry is {entry}")
+
+    def check_planes(self):
+        if "CLRP" not in self.by_name:
+            return
+        values, start = self.array("CLRP", "b"), self.by_name["CLRP"].offset
+        for n, entry in enumerate(self.chunks):
+            *normal, offset = values[4 * n:4 * n + 4]
+            longest = max(map(abs, normal))
+            fits = offset == -1 or (offset == 0 and entry == FREE) if longest == 0 else longest == 127 and entry != INTERIOR
+            if not fits:
+                raise Broken("M504", "CLRP", start + 4 * n, f"plane {normal}, {offset} of a brick whose entry is {entry}")
 
     def root_around(self, chunk):
         """The different ROOT entries of a chunk and the 26 around it."""

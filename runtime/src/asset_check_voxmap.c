@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-enum { GRID, ROOT, CHNK, BRIK, LAYR, DIST, CLRX, CLRV, CLRC, KNOWN, FIRST_OPTIONAL = LAYR };
+enum { GRID, ROOT, CHNK, BRIK, LAYR, DIST, CLRX, CLRV, CLRC, CLRP, KNOWN, FIRST_OPTIONAL = LAYR };
 
 static const struct {
     uint32_t id, stride;
@@ -22,6 +22,7 @@ static const struct {
     {VXS_VOXMAP_SECTION_CLRX, 4},
     {VXS_VOXMAP_SECTION_CLRV, VXS_VOXMAP_CLEARANCE_BLOCKS},
     {VXS_VOXMAP_SECTION_CLRC, 4},
+    {VXS_VOXMAP_SECTION_CLRP, sizeof(vxs_voxmap_plane) * VXS_VOXMAP_CHUNK_ENTRIES},
 };
 
 static const int64_t cell_limit = VXS_VOXMAP_MAX_INDEX;
@@ -64,7 +65,7 @@ static vxs_result check_sections(map_check *m)
         if (!m->section[n]) continue;
         if (m->section[n] != next)
             return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M101", next,
-                                     "LAYR, DIST, CLRX, CLRV or CLRC is out of order");
+                                     "LAYR, DIST, CLRX, CLRV, CLRC or CLRP is out of order");
         next++;
     }
     for (int n = 0; n < KNOWN; n++) {
@@ -88,6 +89,10 @@ static vxs_result check_sections(map_check *m)
         return vxsi_refuse_entry(
             m->check, VXS_CORRUPT, "M104", there,
             "CLRX, CLRV and CLRC are not all there, or not one entry per chunk of the box");
+    const vxs_container_section *planes = m->section[CLRP];
+    if (planes && !(there && planes->count == m->section[CHNK]->count))
+        return vxsi_refuse_entry(m->check, VXS_CORRUPT, "M105", planes,
+                                 "CLRP is there without CLRX, or not one element per chunk");
     return VXS_OK;
 }
 
@@ -483,8 +488,35 @@ static vxs_result check_clearance(const map_check *m)
     }
     for (uint64_t n = 0; n < count; n++) {
         int64_t value = index[n] == VXS_CELL_INTERIOR ? -(int64_t)chunks[n] : chunks[n];
-        if (index[n] < VXS_VOXMAP_ENTRY_FIRST ? value < VXS_VOXMAP_CLEARANCE_LEAST || value > VXS_VOXMAP_CLEARANCE_MOST : value != 0)
+        if (index[n] < VXS_VOXMAP_ENTRY_FIRST
+                ? value < VXS_VOXMAP_CLEARANCE_LEAST || value > VXS_VOXMAP_CLEARANCE_MOST
+                : value != 0)
             return refuse_at(m, "M503", CLRC, n * 4, "a chunk's clearance does not fit its entry of CLRX");
+    }
+    return VXS_OK;
+}
+
+/* The largest of the components of a plane's normal, by amount. */
+static int longest(const vxs_voxmap_plane *plane)
+{
+    int most = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        int component = plane->normal[axis] < 0 ? -plane->normal[axis] : plane->normal[axis];
+        if (component > most) most = component;
+    }
+    return most;
+}
+
+static vxs_result check_planes(const map_check *m)
+{
+    const vxs_voxmap_plane *planes = bytes_of(m, CLRP);
+    const uint64_t count = m->section[CHNK]->count * VXS_VOXMAP_CHUNK_ENTRIES;
+    for (uint64_t n = 0; planes && n < count; n++) {
+        const int length = longest(&planes[n]), offset = planes[n].offset;
+        const int fits = length == 0 ? offset == -1 || (offset == 0 && m->chunks[n] == VXS_CELL_FREE)
+                                     : length == VXS_VOXMAP_PLANE_NORMAL && m->chunks[n] != VXS_CELL_INTERIOR;
+        if (!fits)
+            return refuse_at(m, "M504", CLRP, n * sizeof *planes, "no plane, or it does not fit its brick");
     }
     return VXS_OK;
 }
@@ -507,5 +539,6 @@ vxs_result vxsi_check_voxmap(vxsi_check *check)
     if (result == VXS_OK) result = check_counts(&m);
     if (result == VXS_OK) result = check_channels(&m);
     if (result == VXS_OK) result = check_clearance(&m);
+    if (result == VXS_OK) result = check_planes(&m);
     return result;
 }

@@ -279,9 +279,23 @@ __attribute__((target("avx2"))) static void cull_avx2(const vxs_voxmap *map, con
 #define VXSI_TARGET __attribute__((target("avx2")))
 #define VXSI_NAME(name) name##_avx2
 #include "contact_sum.h"
+#define VXSI_WIDTH 8
+#define VXSI_GATHER(base, index, lanes)                                                                      \
+    ((vni)gather(_mm256_setzero_si256(), base, (__m256i)(index), (__m256i)(lanes)))
+#define VXSI_BITS(mask) lanes_of((__m256i)(mask))
+#include "contact_clear.h"
 
-const vxsi_kernel vxsi_kernel_avx2 = {cull_avx2,       probe_avx2,   vxsi_sample_avx2, mean_avx2,
-                                      sum_common_avx2, sum_own_avx2, sum_given_avx2,   set_planes_avx2};
+const vxsi_kernel vxsi_kernel_avx2 = {
+    .cull = cull_avx2,
+    .clear = clear_avx2,
+    .probe = probe_avx2,
+    .sample = vxsi_sample_avx2,
+    .mean = mean_avx2,
+    .sum_common = sum_common_avx2,
+    .sum_own = sum_own_avx2,
+    .sum_given = sum_given_avx2,
+    .set_planes = set_planes_avx2,
+};
 
 #else
 typedef int vxsi_no_avx2; /* a translation unit is not empty */

@@ -271,11 +271,24 @@ VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *s
 }
 
 #define VXSI_NAME(name) name##_avx512
+#define VXSI_DOUBLES 8
 #include "contact_sum.h"
+#define VXSI_WIDTH 16
+#define VXSI_GATHER(base, index, lanes) ((vni)gather(all(0), VXSI_BITS(lanes), base, (__m512i)(index)))
+#define VXSI_BITS(mask) _mm512_movepi32_mask((__m512i)(mask))
+#include "contact_clear.h"
 
-const vxsi_kernel vxsi_kernel_avx512 = {cull_avx512,      probe_avx512,      vxsi_sample_avx2,
-                                        mean_avx512,      sum_common_avx512, sum_own_avx512,
-                                        sum_given_avx512, set_planes_avx512};
+const vxsi_kernel vxsi_kernel_avx512 = {
+    .cull = cull_avx512,
+    .clear = clear_avx512,
+    .probe = probe_avx512,
+    .sample = vxsi_sample_avx2,
+    .mean = mean_avx512,
+    .sum_common = sum_common_avx512,
+    .sum_own = sum_own_avx512,
+    .sum_given = sum_given_avx512,
+    .set_planes = set_planes_avx512,
+};
 
 #else
 typedef int vxsi_no_avx512; /* a translation unit is not empty */

@@ -10,8 +10,8 @@
 
 #include <immintrin.h>
 
-#define SQRT(v) ((v4d)_mm256_sqrt_pd((__m256d)(v)))
-#define TO_DOUBLE(v) ((v4d)_mm256_cvtepi32_pd((__m128i)(v)))
+#define SQRT(v) ((vd)_mm256_sqrt_pd((__m256d)(v)))
+#define TO_DOUBLE(v) ((vd)_mm256_cvtepi32_pd((__m128i)(v)))
 
 __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map, int is_layers,
                                                           int is_steepest, const vxsi_span *span,
@@ -19,20 +19,19 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
 {
     const vxsi_channel channel = vxsi_channel_of(map, is_layers, span);
     const double *r = span->rotation, *m = channel.m, beyond = channel.beyond;
-    const v4d zero = {0, 0, 0, 0}, one = {1, 1, 1, 1};
-    v4d deep = zero;
+    const vd zero = {0, 0, 0, 0}, one = {1, 1, 1, 1};
+    vd deep = zero;
     for (uint32_t n = span->first; n < span->last; n += 4) {
-        const v4l exists = LANES_OF(span, n);
-        const v4d x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
-        v4d f[3];
+        const vl exists = LANES_OF(span, n);
+        const vd x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
+        vd f[3];
         int32_t corner[3][4];
 #pragma GCC unroll 3
         for (int i = 0; i < 3; i++) {
-            v4d u = KEEP(exists, ((m[3 * i] * x + m[3 * i + 1] * y) + m[3 * i + 2] * z) + channel.b[i]);
-            v4i cell =
-                (v4i)_mm256_cvttpd_epi32((__m256d)u); /* near the box: floor() where u is not below it */
-            const v4d whole = SELECT(u < TO_DOUBLE(cell), TO_DOUBLE(cell) - one, TO_DOUBLE(cell));
-            cell = (v4i)_mm256_cvttpd_epi32((__m256d)whole);
+            vd u = KEEP(exists, ((m[3 * i] * x + m[3 * i + 1] * y) + m[3 * i + 2] * z) + channel.b[i]);
+            vi cell = (vi)_mm256_cvttpd_epi32((__m256d)u); /* near the box: floor() where u is not below it */
+            const vd whole = SELECT(u < TO_DOUBLE(cell), TO_DOUBLE(cell) - one, TO_DOUBLE(cell));
+            cell = (vi)_mm256_cvttpd_epi32((__m256d)whole);
             f[i] = u - whole;
             memcpy(corner[i], &cell, sizeof cell);
         }
@@ -40,28 +39,28 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
 #pragma GCC unroll 1
         for (int lane = 0; lane < 4; lane++)
             vxsi_channel_pairs(&channel, corner[0][lane], corner[1][lane], corner[2][lane], pairs[lane]);
-        v4d low[4], slope[4], edge[4];
+        vd low[4], slope[4], edge[4];
 #pragma GCC unroll 4
         for (int e = 0; e < 4; e++) {
-            const v4u both = {pairs[0][e], pairs[1][e], pairs[2][e], pairs[3][e]};
-            low[e] = TO_DOUBLE((v4i)(both << 16) >> 16);
-            slope[e] = TO_DOUBLE((v4i)both >> 16) - low[e];
+            const vu both = {pairs[0][e], pairs[1][e], pairs[2][e], pairs[3][e]};
+            low[e] = TO_DOUBLE((vi)(both << 16) >> 16);
+            slope[e] = TO_DOUBLE((vi)both >> 16) - low[e];
             edge[e] = low[e] + f[2] * slope[e];
         }
-        const v4d at_low = edge[0] + f[1] * (edge[1] - edge[0]),
-                  at_high = edge[2] + f[1] * (edge[3] - edge[2]);
-        const v4d inside = zero - (at_low + f[0] * (at_high - at_low)); /* in units */
-        v4d depth = inside * channel.step;
-        v4l is_deep = inside >= beyond;
+        const vd at_low = edge[0] + f[1] * (edge[1] - edge[0]),
+                 at_high = edge[2] + f[1] * (edge[3] - edge[2]);
+        const vd inside = zero - (at_low + f[0] * (at_high - at_low)); /* in units */
+        vd depth = inside * channel.step;
+        vl is_deep = inside >= beyond;
         if (is_steepest) {
-            const v4d g0 = at_high - at_low,
-                      g1 = (edge[1] - edge[0]) + f[0] * ((edge[3] - edge[2]) - (edge[1] - edge[0]));
-            const v4d slope_low = slope[0] + f[1] * (slope[1] - slope[0]),
-                      slope_high = slope[2] + f[1] * (slope[3] - slope[2]);
-            const v4d g2 = slope_low + f[0] * (slope_high - slope_low);
-            const v4d square = (g0 * g0 + g1 * g1) + g2 * g2;
-            const v4l is_steep = square >= channel.least;
-            const v4d inverse = one / SQRT(SELECT(is_steep, square, one));
+            const vd g0 = at_high - at_low,
+                     g1 = (edge[1] - edge[0]) + f[0] * ((edge[3] - edge[2]) - (edge[1] - edge[0]));
+            const vd slope_low = slope[0] + f[1] * (slope[1] - slope[0]),
+                     slope_high = slope[2] + f[1] * (slope[3] - slope[2]);
+            const vd g2 = slope_low + f[0] * (slope_high - slope_low);
+            const vd square = (g0 * g0 + g1 * g1) + g2 * g2;
+            const vl is_steep = square >= channel.least;
+            const vd inverse = one / SQRT(SELECT(is_steep, square, one));
             STORE_F(hits->nx, n, ((r[0] * g0 + r[3] * g1) + r[6] * g2) * inverse);
             STORE_F(hits->ny, n, ((r[1] * g0 + r[4] * g1) + r[7] * g2) * inverse);
             STORE_F(hits->nz, n, ((r[2] * g0 + r[5] * g1) + r[8] * g2) * inverse);
@@ -69,8 +68,8 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
             depth = KEEP(~is_deep, depth);
         } else if (is_layers) {
             /* The rings of a wall with normal N follow each other every h (|N0| + |N1| + |N2|). */
-            const v4d nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n);
-            v4d rings = zero;
+            const vd nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n);
+            vd rings = zero;
 #pragma GCC unroll 3
             for (int i = 0; i < 9; i += 3) rings += ABS((r[i] * nx + r[i + 1] * ny) + r[i + 2] * nz);
             depth *= rings;
@@ -78,7 +77,7 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
         STORE_F(hits->depth, n, depth);
         deep += KEEP(is_deep & exists, one);
     }
-    return (uint32_t)ADD_LANES(deep);
+    return (uint32_t)ADD_FOUR(deep, 0);
 }
 
 #else

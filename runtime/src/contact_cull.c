@@ -60,19 +60,29 @@ static void advance(const vxs_contact *contact, vxsi_static *s, const vxs_voxmap
     s->place = *place;
 }
 
-/* Points of clusters first .. last - 1. */
-static uint32_t points_of(const vxs_contact *contact, uint32_t first, uint32_t last, uint32_t *begin)
+enum {
+    CLUSTER_QUARTERS = VXS_POINTSHELL_CLUSTER_POINTS / VXSI_QUARTER,
+    GROUP_QUARTERS = VXSI_GROUP_CLUSTERS * CLUSTER_QUARTERS
+};
+
+/* Points of quarters first .. last - 1. */
+static uint32_t points_of(const vxs_pointshell *shell, uint32_t first, uint32_t last, uint32_t *begin)
 {
-    uint32_t end =
-        last < contact->clusters.count ? last * VXS_POINTSHELL_CLUSTER_POINTS : contact->shell.point_count;
-    *begin = first * VXS_POINTSHELL_CLUSTER_POINTS;
-    return end - *begin;
+    uint32_t end = last * VXSI_QUARTER;
+    *begin = first * VXSI_QUARTER;
+    return (end < shell->point_count ? end : shell->point_count) - *begin;
 }
 
-static void want(vxs_contact *contact, uint32_t first, uint32_t last)
+/* Quarters first .. last - 1 must be looked at. */
+static void want(vxs_contact *contact, const vxsi_static *s, uint32_t first, uint32_t last)
 {
-    contact->runs[contact->run_count++] = (vxsi_run){first, last};
-    contact->wanted_clusters += last - first;
+    vxsi_run *run = contact->runs + contact->run_count;
+    if (contact->run_count > s->run_first && run[-1].last == first) {
+        run[-1].last = last;
+        return;
+    }
+    *run = (vxsi_run){first, last};
+    contact->run_count++;
 }
 
 typedef struct walk {
@@ -93,11 +103,11 @@ static uint64_t first_bits(uint32_t count)
     return count < VXSI_BATCH ? (UINT64_C(1) << count) - 1 : ~UINT64_C(0);
 }
 
-/* The points of clusters first .. last - 1 are passed over: free, or interior. */
+/* The points of quarters first .. last - 1 are passed over: free, or interior. */
 static void skip(walk *w, uint32_t first, uint32_t last, int is_deep)
 {
     vxs_contact *contact = w->contact;
-    uint32_t begin, count = points_of(contact, first, last, &begin);
+    uint32_t begin, count = points_of(&contact->shell, first, last, &begin);
     if (is_deep) contact->hits.deep_count += count;
     if (contact->culling != VXS_CONTACT_CHECKED) return;
     vxsi_hits found = {.capacity = 0};
@@ -131,6 +141,43 @@ static uint64_t judge(walk *w, const vxsi_spheres *spheres, uint32_t first, uint
     return left & ~verdict->is_deep;
 }
 
+/* Each bit four times. */
+static uint64_t spread(uint64_t bits)
+{
+    bits = (bits | bits << 24) & 0x000000FF000000FFu;
+    bits = (bits | bits << 12) & 0x000F000F000F000Fu;
+    bits = (bits | bits << 6) & 0x0303030303030303u;
+    bits = (bits | bits << 3) & 0x1111111111111111u;
+    return bits * 0xFu;
+}
+
+/* Of the clusters of a group, those in `must`: what of them must be looked at. */
+static void walk_quarters(walk *w, uint32_t first_cluster, uint64_t must)
+{
+    enum { AT_ONCE = VXSI_BATCH / CLUSTER_QUARTERS };
+    vxs_contact *contact = w->contact;
+    contact->wanted_clusters += (uint32_t)__builtin_popcountll(must);
+    for (uint32_t n = 0; n < VXSI_BATCH; n += AT_ONCE) {
+        const uint32_t base = (first_cluster + n) * CLUSTER_QUARTERS;
+        uint64_t wanted = spread(must >> n & first_bits(AT_ONCE));
+        if (!wanted) continue;
+        wanted &= first_bits(contact->quarters.count - base);
+        if (contact->by_quarters && w->map->planes) {
+            uint64_t clear = contact->kernel->clear(w->map, &contact->quarters, base, wanted, &w->s->motion);
+            wanted &= ~clear;
+            if (contact->culling == VXS_CONTACT_CHECKED) {
+                for (; clear; clear &= clear - 1) skip(w, base + lowest(clear), base + lowest(clear) + 1, 0);
+            }
+        }
+        while (wanted) { /* runs of quarters */
+            uint32_t first = lowest(wanted),
+                     length = ~(wanted >> first) ? lowest(~(wanted >> first)) : VXSI_BATCH;
+            want(contact, w->s, base + first, base + first + length);
+            wanted &= ~(first_bits(length) << first);
+        }
+    }
+}
+
 static void walk_group(walk *w, uint32_t group)
 {
     const vxsi_spheres *clusters = &w->contact->clusters;
@@ -141,15 +188,11 @@ static void walk_group(walk *w, uint32_t group)
     uint64_t must = judge(w, clusters, base, wanted_of(w, due, count), due, &verdict);
     if (verdict.is_deep || w->contact->culling == VXS_CONTACT_CHECKED) {
         for (uint64_t bits = first_bits(count) & ~must; bits; bits &= bits - 1) {
-            uint32_t cluster = base + lowest(bits);
-            skip(w, cluster, cluster + 1, (int)(verdict.is_deep >> lowest(bits) & 1u));
+            uint32_t first = (base + lowest(bits)) * CLUSTER_QUARTERS;
+            skip(w, first, first + CLUSTER_QUARTERS, (int)(verdict.is_deep >> lowest(bits) & 1u));
         }
     }
-    while (must) { /* runs of clusters */
-        uint32_t first = lowest(must), length = ~(must >> first) ? lowest(~(must >> first)) : VXSI_BATCH;
-        want(w->contact, base + first, base + first + length);
-        must &= ~(first_bits(length) << first);
-    }
+    walk_quarters(w, base, must);
     if (w->is_coherent) {
         double least = INFINITY;
         for (uint32_t n = 0; n < count; n++) least = due[n] < least ? due[n] : least;
@@ -169,13 +212,11 @@ static void walk_groups(walk *w)
                  told = must | verdict.is_deep;
         if (w->contact->culling == VXS_CONTACT_CHECKED) told = first_bits(count);
         for (; told; told &= told - 1) { /* in order: so are the points found */
-            uint32_t n = lowest(told), first = (base + n) * VXSI_GROUP_CLUSTERS,
-                     last = first + VXSI_GROUP_CLUSTERS;
-            if (last > w->contact->clusters.count) last = w->contact->clusters.count;
+            uint32_t n = lowest(told), first = (base + n) * GROUP_QUARTERS;
             if (must >> n & 1u)
                 walk_group(w, base + n);
             else
-                skip(w, first, last, (int)(verdict.is_deep >> n & 1u));
+                skip(w, first, first + GROUP_QUARTERS, (int)(verdict.is_deep >> n & 1u));
         }
     }
 }
@@ -186,7 +227,8 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
     walk w = {.contact = contact, .s = s, .map = map};
     motion_of(map, &contact->shell, place, &s->motion);
     if (contact->culling == VXS_CONTACT_BRUTE || !map->clearance_index) {
-        want(contact, 0, contact->clusters.count);
+        contact->wanted_clusters += contact->clusters.count;
+        want(contact, s, 0, contact->quarters.count);
         return;
     }
     w.is_coherent = contact->culling != VXS_CONTACT_CULLED;
@@ -195,14 +237,14 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
     walk_groups(&w);
 }
 
-/* The part of a run at one level of detail. */
+/* Quarters first .. last - 1 at one level of detail. */
 static void look(vxs_contact *contact, const vxs_voxmap *map, const vxsi_motion *motion, uint32_t level,
                  uint32_t first, uint32_t last)
 {
     if (first == last) return;
     const vxs_pointshell *shell = level ? &contact->levels[level] : &contact->shell;
-    uint32_t shift = 6 - 2 * level, begin = first << shift, end = last << shift;
-    if (last == contact->clusters.count) end = shell->point_count;
+    uint32_t begin = first * VXSI_QUARTER >> (2 * level), end = last * VXSI_QUARTER >> (2 * level);
+    if (last == contact->quarters.count) end = shell->point_count;
     contact->probed += end - begin;
     contact->kernel->probe(map, shell, motion, begin, end, &contact->hits);
     if (level > contact->level) contact->level = level;
@@ -214,13 +256,13 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
     /* So many clusters at the coarser of two levels, the others at the finer one, that the points are few
      * enough: one cluster more in contact changes the level of one or two, and the force hardly. */
     uint64_t most = most_points ? most_points : UINT64_MAX, clusters = contact->wanted_clusters;
-    uint32_t fine = 0, coarse_clusters = 0;
+    uint32_t fine = 0, coarse_quarters = 0;
     while (fine < VXSI_LEVELS && clusters * (VXS_POINTSHELL_CLUSTER_POINTS >> (2 * (fine + 1))) > most)
         fine++;
     if (fine < VXSI_LEVELS) {
         uint64_t each = VXS_POINTSHELL_CLUSTER_POINTS >> (2 * fine), excess = clusters * each;
         excess = excess > most ? excess - most : 0;
-        coarse_clusters = (uint32_t)((excess + each - each / 4 - 1) / (each - each / 4));
+        coarse_quarters = (uint32_t)((excess + each - each / 4 - 1) / (each - each / 4)) * CLUSTER_QUARTERS;
     }
     contact->level = 0;
     for (uint32_t n = 0; n < count; n++) {
@@ -229,10 +271,10 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
         contact->hits.chunk = (vxsi_chunk){{UINT32_MAX, UINT32_MAX, UINT32_MAX}, VXS_CELL_FREE};
         for (uint32_t r = s->run_first; r < s->run_last; r++) {
             vxsi_run run = contact->runs[r];
-            uint32_t coarse = run.last - run.first < coarse_clusters ? run.last - run.first : coarse_clusters;
+            uint32_t coarse = run.last - run.first < coarse_quarters ? run.last - run.first : coarse_quarters;
             look(contact, statics[n].map, &s->motion, fine + 1, run.first, run.first + coarse);
             look(contact, statics[n].map, &s->motion, fine, run.first + coarse, run.last);
-            coarse_clusters -= coarse;
+            coarse_quarters -= coarse;
         }
         s->span.last = contact->hits.count;
     }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  *
  * What the instruction sets of contact share: three steps, each the same to the last bit in every
- * kernel. cull: how far bounding spheres are from anything. probe: which points are in which cells,
- * in float32 (contact.h says how it is rounded). sample, mean and sum: over the points found, in double, in
- * four interleaved sums (hit n goes to sum n mod 4) that are added as (0 + 1) + (2 + 3).
+ * kernel. cull and clear: which bounding spheres and discs meet nothing. probe: which points are in which
+ * cells, in float32 (contact.h says how it is rounded). sample, mean and sum: over the points found, in
+ * double, in eight interleaved sums (hit n goes to sum n mod 8) that are added as ((0 + 1) + (2 + 3)) + ((4 +
+ * 5) + (6 + 7)).
  */
 #ifndef VXSI_CONTACT_KERNEL_H
 #define VXSI_CONTACT_KERNEL_H
@@ -51,7 +52,14 @@ typedef struct vxsi_spheres {
     uint32_t count;
 } vxsi_spheres;
 
+/* Flat cylinders around runs of VXSI_QUARTER points in the shell's frame [m]; arrays have VXSI_LANES more. */
+typedef struct vxsi_discs {
+    float *x, *y, *z, *nx, *ny, *nz, *radius, *half; /* centre, axis, radius, half the thickness */
+    uint32_t count;
+} vxsi_discs;
+
 enum {
+    VXSI_QUARTER = 16, /* points: a quarter of a cluster */
     VXSI_BATCH = 64,
     VXSI_LANES = 16 /* of the widest kernel: arrays have room for so many more elements */
 };
@@ -66,6 +74,10 @@ typedef struct vxsi_verdict {
 /* Judges spheres first .. first + 63, at least those in `wanted`; what it says of others may be nothing. */
 typedef void vxsi_cull(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted,
                        const vxsi_motion *motion, vxsi_verdict *verdict);
+
+/* Which of discs first .. first + 63 meet free cells only, by the map's planes; of those in `wanted`. */
+typedef uint64_t vxsi_clear(const vxs_voxmap *map, const vxsi_discs *discs, uint32_t first, uint64_t wanted,
+                            const vxsi_motion *motion);
 
 /* Appends what points first .. last - 1 find. */
 typedef void vxsi_probe(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
@@ -106,6 +118,7 @@ typedef void vxsi_set_planes(vxsi_hits *hits, const vxsi_span *span, int only_de
 
 typedef struct vxsi_kernel {
     vxsi_cull *cull;
+    vxsi_clear *clear;
     vxsi_probe *probe;
     vxsi_sample *sample;
     vxsi_mean *mean;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Four lanes of the compiler's vectors, in functions for one instruction set or another. The same operations
- * in the same order whatever the vectors become, and never a fused one, so the same bits.
+ * VXSI_DOUBLES lanes (4, or 8) of the compiler's vectors, in functions for one instruction set or another.
+ * The same operations in the same order whatever the vectors become, and never a fused one, so the same bits.
  */
 #ifndef VXSI_CONTACT_LANES_H
 #define VXSI_CONTACT_LANES_H
@@ -10,40 +10,44 @@
 
 #include <string.h>
 
-typedef double v4d __attribute__((vector_size(32)));
-typedef float v4f __attribute__((vector_size(16)));
-typedef int32_t v4i __attribute__((vector_size(16)));
-typedef uint32_t v4u __attribute__((vector_size(16)));
-typedef int64_t v4l __attribute__((vector_size(32)));
+#ifndef VXSI_DOUBLES
+#define VXSI_DOUBLES 4
+#endif
+typedef double vd __attribute__((vector_size(8 * VXSI_DOUBLES)));
+typedef float vf __attribute__((vector_size(4 * VXSI_DOUBLES)));
+typedef int32_t vi __attribute__((vector_size(4 * VXSI_DOUBLES)));
+typedef uint32_t vu __attribute__((vector_size(4 * VXSI_DOUBLES)));
+typedef int64_t vl __attribute__((vector_size(8 * VXSI_DOUBLES)));
 #define LOAD_F(array, at)                                                                                    \
     __extension__({                                                                                          \
-        v4f loaded_;                                                                                         \
+        vf loaded_;                                                                                          \
         memcpy(&loaded_, (array) + (at), sizeof loaded_);                                                    \
-        __builtin_convertvector(loaded_, v4d);                                                               \
+        __builtin_convertvector(loaded_, vd);                                                                \
     })
 #define LOAD_I(array, at)                                                                                    \
     __extension__({                                                                                          \
-        v4i loaded_;                                                                                         \
+        vi loaded_;                                                                                          \
         memcpy(&loaded_, (array) + (at), sizeof loaded_);                                                    \
-        __builtin_convertvector(loaded_, v4d);                                                               \
+        __builtin_convertvector(loaded_, vd);                                                                \
     })
 #define STORE_F(array, at, v)                                                                                \
     do {                                                                                                     \
-        v4f stored_ = __builtin_convertvector(v, v4f);                                                       \
+        vf stored_ = __builtin_convertvector(v, vf);                                                         \
         memcpy((array) + (at), &stored_, sizeof stored_);                                                    \
     } while (0)
 /* Lanes of v where mask is not 0, else +0; and of two. */
-#define KEEP(mask, v) ((v4d)((mask) & (v4l)(v)))
-#define SELECT(mask, v, otherwise) ((v4d)(((mask) & (v4l)(v)) | (~(mask) & (v4l)(otherwise))))
-#define ABS(v) ((v4d)((v4l)(v)&INT64_MAX))
-#define ADD_LANES(v) (((v)[0] + (v)[1]) + ((v)[2] + (v)[3]))
+#define KEEP(mask, v) ((vd)((mask) & (vl)(v)))
+#define SELECT(mask, v, otherwise) ((vd)(((mask) & (vl)(v)) | (~(mask) & (vl)(otherwise))))
+#define ABS(v) ((vd)((vl)(v)&INT64_MAX))
+#define ADD_FOUR(v, n) (((v)[(n)] + (v)[(n) + 1]) + ((v)[(n) + 2] + (v)[(n) + 3]))
 
-#define ALL_LANES(span, n) ((n) + 4 <= (span)->last)
+#if VXSI_DOUBLES == 8
+#define PLACES ((vl){0, 1, 2, 3, 4, 5, 6, 7})
+#else
+#define PLACES ((vl){0, 1, 2, 3})
+#endif
+#define ALL_LANES(span, n) ((n) + VXSI_DOUBLES <= (span)->last)
 /* All ones in the lanes of hits that exist. */
-#define LANES_OF(span, n)                                                                                    \
-    __extension__({                                                                                          \
-        const int64_t left_ = (int64_t)(span)->last - (int64_t)(n);                                          \
-        (v4l){0, 1, 2, 3} < (v4l){left_, left_, left_, left_};                                               \
-    })
+#define LANES_OF(span, n) (PLACES < (int64_t)(span)->last - (int64_t)(n))
 
 #endif

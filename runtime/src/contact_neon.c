@@ -212,9 +212,29 @@ static void cull_neon(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
 #define VXSI_TARGET
 #define VXSI_NAME(name) name##_neon
 #include "contact_sum.h"
+#define VXSI_WIDTH 4
+/* There is no gather. */
+#define VXSI_GATHER(base, index, lanes)                                                                      \
+    __extension__({                                                                                          \
+        vni gathered_, index_ = (index);                                                                     \
+        for (int lane_ = 0; lane_ < VXSI_WIDTH; lane_++)                                                     \
+            memcpy((char *)&gathered_ + 4 * lane_, (const char *)(base) + 4 * (size_t)index_[lane_], 4);     \
+        gathered_ &(lanes);                                                                                  \
+    })
+#define VXSI_BITS(mask) lanes_of((uint32x4_t)(mask))
+#include "contact_clear.h"
 
-const vxsi_kernel vxsi_kernel_neon = {cull_neon,       probe_neon,   vxsi_sample_scalar, mean_neon,
-                                      sum_common_neon, sum_own_neon, sum_given_neon,     set_planes_neon};
+const vxsi_kernel vxsi_kernel_neon = {
+    .cull = cull_neon,
+    .clear = clear_neon,
+    .probe = probe_neon,
+    .sample = vxsi_sample_scalar,
+    .mean = mean_neon,
+    .sum_common = sum_common_neon,
+    .sum_own = sum_own_neon,
+    .sum_given = sum_given_neon,
+    .set_planes = set_planes_neon,
+};
 
 #else
 typedef int vxsi_no_neon; /* a translation unit is not empty */

@@ -35,7 +35,7 @@ void vxsi_name_directions(vxsi_hits *hits)
     }
 }
 
-/* In SUMS interleaved sums, as the kernels'. */
+/* In SUMS interleaved sums. */
 static void gather(const vxsi_hits *hits, int only_deep, bundle cells[DIRECTIONS])
 {
     bundle sums[SUMS][DIRECTIONS];

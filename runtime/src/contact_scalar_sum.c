@@ -10,7 +10,31 @@
 #define VXSI_TARGET
 #define VXSI_NAME(name) name##_scalar
 #include "contact_sum.h"
+#define VXSI_WIDTH 4
+/* There is no gather. */
+#define VXSI_GATHER(base, index, lanes)                                                                      \
+    __extension__({                                                                                          \
+        vni gathered_, index_ = (index);                                                                     \
+        for (int lane_ = 0; lane_ < VXSI_WIDTH; lane_++)                                                     \
+            memcpy((char *)&gathered_ + 4 * lane_, (const char *)(base) + 4 * (size_t)index_[lane_], 4);     \
+        gathered_ &(lanes);                                                                                  \
+    })
+#define VXSI_BITS(mask)                                                                                      \
+    __extension__({                                                                                          \
+        const vni mask_ = (mask);                                                                            \
+        ((unsigned)mask_[0] & 1) | ((unsigned)mask_[1] & 2) | ((unsigned)mask_[2] & 4) |                     \
+            ((unsigned)mask_[3] & 8);                                                                        \
+    })
+#include "contact_clear.h"
 
-const vxsi_kernel vxsi_kernel_scalar = {vxsi_cull_scalar, vxsi_probe_scalar, vxsi_sample_scalar,
-                                        mean_scalar,      sum_common_scalar, sum_own_scalar,
-                                        sum_given_scalar, set_planes_scalar};
+const vxsi_kernel vxsi_kernel_scalar = {
+    .cull = vxsi_cull_scalar,
+    .clear = clear_scalar,
+    .probe = vxsi_probe_scalar,
+    .sample = vxsi_sample_scalar,
+    .mean = mean_scalar,
+    .sum_common = sum_common_scalar,
+    .sum_own = sum_own_scalar,
+    .sum_given = sum_given_scalar,
+    .set_planes = set_planes_scalar,
+};

@@ -50,6 +50,15 @@ static void take_spheres(arena *a, vxsi_spheres *spheres, uint32_t count)
     spheres->count = count;
 }
 
+static void take_discs(arena *a, vxsi_discs *discs, uint32_t count)
+{
+    size_t padded = (size_t)count + VXSI_LANES;
+    float **arrays[] = {&discs->x,  &discs->y,  &discs->z,      &discs->nx,
+                        &discs->ny, &discs->nz, &discs->radius, &discs->half};
+    for (int n = 0; n < 8; n++) *arrays[n] = take(a, padded, sizeof(float));
+    discs->count = count;
+}
+
 /* Lays out everything; returns the bytes that it takes. */
 static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshell *shell, uint32_t statics)
 {
@@ -65,8 +74,9 @@ static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshel
     hits->direction = take(&a, room, 1);
     take_spheres(&a, &contact->clusters, shell->cluster_count);
     take_spheres(&a, &contact->groups, group_count(shell));
-    contact->runs =
-        take(&a, (size_t)statics * (shell->cluster_count / 2 + group_count(shell) + 1), sizeof(vxsi_run));
+    const uint32_t quarters = (shell->point_count + VXSI_QUARTER - 1) / VXSI_QUARTER;
+    take_discs(&a, &contact->quarters, quarters);
+    contact->runs = take(&a, (size_t)statics * (quarters / 2 + 1), sizeof(vxsi_run));
     contact->statics = take(&a, statics, sizeof(vxsi_static));
     for (uint32_t n = 0; n < statics; n++) {
         double *due = take(&a, shell->cluster_count, sizeof(double));
@@ -171,6 +181,48 @@ static void group_spheres(vxsi_spheres *out, const vxsi_spheres *clusters)
     }
 }
 
+/* A disc around a run of points, its axis the mean of their normals. */
+static void wrap(vxsi_discs *out, uint32_t n, const vxs_pointshell *shell, uint32_t first, uint32_t last)
+{
+    const float *const positions[3] = {shell->x, shell->y, shell->z}, *const normals[3] = {
+                                                                          shell->nx, shell->ny, shell->nz};
+    float *const centers[3] = {out->x, out->y, out->z}, *const axes[3] = {out->nx, out->ny, out->nz};
+    double center[3], axis[3], length = 0;
+    for (int i = 0; i < 3; i++) {
+        double low = INFINITY, high = -INFINITY;
+        axis[i] = 0;
+        for (uint32_t p = first; p < last; p++) {
+            low = fmin(low, (double)positions[i][p]);
+            high = fmax(high, (double)positions[i][p]);
+            axis[i] += (double)normals[i][p];
+        }
+        centers[i][n] = (float)(0.5 * low + 0.5 * high);
+        length += axis[i] * axis[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        axes[i][n] = length > 1e-6 ? (float)(axis[i] / sqrt(length)) : i == 0; /* any, if they cancel */
+        center[i] = (double)centers[i][n];
+        axis[i] = (double)axes[i][n];
+    }
+    double half = 0, square = 0;
+    for (uint32_t p = first; p < last; p++) {
+        double away[3], along = 0, across = 0;
+        for (int i = 0; i < 3; i++) {
+            away[i] = (double)positions[i][p] - center[i];
+            along += away[i] * axis[i];
+        }
+        for (int i = 0; i < 3; i++) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            const double side = away[j] * axis[k] - away[k] * axis[j];
+            across += side * side;
+        }
+        half = fmax(half, fabs(along));
+        square = fmax(square, across);
+    }
+    out->half[n] = (float)(half * (1 + 0x1p-20));
+    out->radius[n] = (float)(sqrt(square) * (1 + 0x1p-20));
+}
+
 vxs_result vxs_contact_init(void *memory, size_t size, const vxs_pointshell *shell, uint32_t statics,
                             vxs_contact **out)
 {
@@ -192,6 +244,10 @@ vxs_result vxs_contact_init(void *memory, size_t size, const vxs_pointshell *she
     contact->hits.order = (const uint8_t(*)[8])contact->order;
     copy_spheres(&contact->clusters, shell);
     group_spheres(&contact->groups, &contact->clusters);
+    for (uint32_t n = 0; n < contact->quarters.count; n++) {
+        const uint32_t first = n * VXSI_QUARTER, last = first + VXSI_QUARTER;
+        wrap(&contact->quarters, n, shell, first, last < shell->point_count ? last : shell->point_count);
+    }
     *out = contact;
     return vxs_contact_use(contact, VXS_CONTACT_FASTEST);
 }

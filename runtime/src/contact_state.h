@@ -14,7 +14,7 @@ enum { VXSI_GROUP_CLUSTERS = VXSI_BATCH };
 /* Levels of detail above the shell itself, which is level 0; each has a quarter of the points of the last. */
 enum { VXSI_LEVELS = 3 };
 
-/* Clusters first .. last - 1 of one static have to be looked at. */
+/* Quarters of clusters first .. last - 1 of one static have to be looked at. */
 typedef struct vxsi_run {
     uint32_t first, last;
 } vxsi_run;
@@ -45,8 +45,10 @@ struct vxs_contact {
     vxsi_static *statics;
     vxsi_hits hits;
     vxsi_spheres clusters, groups;
+    vxsi_discs quarters;
     vxsi_run *runs; /* of all statics, one after the other */
     uint32_t run_count, wanted_clusters;
+    int by_quarters; /* quarters of a cluster are told apart; else it is looked at as a whole */
     int has_levels;
     vxs_pointshell levels[VXSI_LEVELS + 1]; /* from 1 on: the level's arrays */
     uint32_t probed;                        /* points of this evaluation */

@@ -1,35 +1,43 @@
 /* SPDX-License-Identifier: MIT
  *
- * mean and sum of contact_kernel.h in four lanes: included once per instruction set, with VXSI_TARGET and
- * VXSI_NAME() defined.
+ * mean and sum of contact_kernel.h: included once per instruction set, with VXSI_TARGET and VXSI_NAME()
+ * defined, and VXSI_DOUBLES if there are eight lanes.
  */
 #include "contact_lanes.h"
+
+/* The eight sums, in one vector or two: vector v of hits n .. n + 7 begins at hit n + VXSI_DOUBLES v. */
+enum { SUMS = 8, VECTORS = SUMS / VXSI_DOUBLES };
+#define ADD_SUMS(v) (ADD_FOUR((v)[0], 0) + ADD_FOUR((v)[VECTORS - 1], VXSI_DOUBLES - 4))
 
 VXSI_TARGET static void VXSI_NAME(mean)(const vxsi_hits *hits, const vxsi_span *span, int only_deep,
                                         double sum[3], double *count)
 {
-    const v4d zero = {0, 0, 0, 0}, one = {1, 1, 1, 1};
-    v4d x = zero, y = zero, z = zero, number = zero;
-    for (uint32_t n = span->first; n < span->last; n += 4) {
-        v4l lanes = {-1, -1, -1, -1};
-        if (!ALL_LANES(span, n)) lanes = LANES_OF(span, n);
-        if (only_deep) lanes &= LOAD_F(hits->depth, n) > zero;
-        x += KEEP(lanes, LOAD_F(hits->nx, n));
-        y += KEEP(lanes, LOAD_F(hits->ny, n));
-        z += KEEP(lanes, LOAD_F(hits->nz, n));
-        number += KEEP(lanes, one);
+    const vd zero = {0}, one = zero + 1;
+    vd x[VECTORS] = {{0}}, y[VECTORS] = {{0}}, z[VECTORS] = {{0}}, number[VECTORS] = {{0}};
+    for (uint32_t first = span->first; first < span->last; first += SUMS) {
+#pragma GCC unroll 2
+        for (uint32_t v = 0, n = first; v < VECTORS; v++, n += VXSI_DOUBLES) {
+            vl lanes = zero == zero;
+            if (!ALL_LANES(span, n)) lanes = LANES_OF(span, n);
+            if (only_deep) lanes &= LOAD_F(hits->depth, n) > zero;
+            x[v] += KEEP(lanes, LOAD_F(hits->nx, n));
+            y[v] += KEEP(lanes, LOAD_F(hits->ny, n));
+            z[v] += KEEP(lanes, LOAD_F(hits->nz, n));
+            number[v] += KEEP(lanes, one);
+        }
     }
-    sum[0] = ADD_LANES(x);
-    sum[1] = ADD_LANES(y);
-    sum[2] = ADD_LANES(z);
-    *count = ADD_LANES(number);
+    sum[0] = ADD_SUMS(x);
+    sum[1] = ADD_SUMS(y);
+    sum[2] = ADD_SUMS(z);
+    *count = ADD_SUMS(number);
 }
 
-static void VXSI_NAME(store_depth)(vxsi_total *total, const v4d *depth)
+/* The largest lane. */
+static double VXSI_NAME(largest)(const vd *v)
 {
-    for (int lane = 0; lane < 4; lane++) {
-        if ((*depth)[lane] > total->depth) total->depth = (*depth)[lane];
-    }
+    double most = 0;
+    for (int lane = 0; lane < VXSI_DOUBLES; lane++) most = (*v)[lane] > most ? (*v)[lane] : most;
+    return most;
 }
 
 /* d = (C - p) . n = h cell . N + (h/2 (N0 + N1 + N2) - t . N) - x . n with N = R n. */
@@ -44,53 +52,54 @@ VXSI_TARGET static void VXSI_NAME(sum_common)(const vxsi_hits *hits, const vxsi_
                             ((t[0] * turned[0] + t[1] * turned[1]) + t[2] * turned[2]);
     const double hx = h * turned[0], hy = h * turned[1], hz = h * turned[2];
     const double nx = normal[0], ny = normal[1], nz = normal[2];
-    const v4d zero = {0, 0, 0, 0};
-    v4d weight = zero, mx = zero, my = zero, mz = zero, deepest = zero;
-    for (uint32_t n = span->first; n < span->last; n += 4) {
-        v4d x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
-        v4d center =
-            ((hx * LOAD_I(hits->i, n) + hy * LOAD_I(hits->j, n)) + hz * LOAD_I(hits->k, n)) + constant;
-        v4d depth = center - ((nx * x + ny * y) + nz * z);
-        v4l lanes = depth > zero;
-        if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
-        depth = KEEP(lanes, depth);
-        deepest = SELECT(depth > deepest, depth, deepest);
-        v4d w = depth;
-        if (span->has_area) w = KEEP(lanes, depth * LOAD_F(hits->area, n));
-        weight += w;
-        mx += KEEP(lanes, w * x);
-        my += KEEP(lanes, w * y);
-        mz += KEEP(lanes, w * z);
+    const vd zero = {0};
+    vd weight[VECTORS] = {{0}}, mx[VECTORS] = {{0}}, my[VECTORS] = {{0}}, mz[VECTORS] = {{0}}, deepest = zero;
+    for (uint32_t first = span->first; first < span->last; first += SUMS) {
+#pragma GCC unroll 2
+        for (uint32_t v = 0, n = first; v < VECTORS; v++, n += VXSI_DOUBLES) {
+            vd x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
+            vd center =
+                ((hx * LOAD_I(hits->i, n) + hy * LOAD_I(hits->j, n)) + hz * LOAD_I(hits->k, n)) + constant;
+            vd depth = center - ((nx * x + ny * y) + nz * z);
+            vl lanes = depth > zero;
+            if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
+            depth = KEEP(lanes, depth);
+            deepest = SELECT(depth > deepest, depth, deepest);
+            const vd w = span->has_area ? depth * LOAD_F(hits->area, n) : depth;
+            weight[v] += w;
+            mx[v] += w * x;
+            my[v] += w * y;
+            mz[v] += w * z;
+        }
     }
-    total->weight = ADD_LANES(weight);
-    total->moment[0] = ADD_LANES(mx);
-    total->moment[1] = ADD_LANES(my);
-    total->moment[2] = ADD_LANES(mz);
-    total->depth = 0;
-    VXSI_NAME(store_depth)(total, &deepest);
+    total->weight = ADD_SUMS(weight);
+    total->moment[0] = ADD_SUMS(mx);
+    total->moment[1] = ADD_SUMS(my);
+    total->moment[2] = ADD_SUMS(mz);
+    total->depth = VXSI_NAME(largest)(&deepest);
 }
 
 /* d = (C - t) . N - x . n with N = R n of each point. */
 VXSI_TARGET static inline __attribute__((always_inline)) void
-VXSI_NAME(depth_under)(const vxsi_hits *hits, const vxsi_span *span, uint32_t n, v4d *depth)
+VXSI_NAME(depth_under)(const vxsi_hits *hits, const vxsi_span *span, uint32_t n, vd *depth)
 {
     const double *r = span->rotation, *t = span->offset, h = span->voxel;
     const double tx = 0.5 * h - t[0], ty = 0.5 * h - t[1], tz = 0.5 * h - t[2];
-    v4d x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
-    v4d nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n);
-    v4d cx = h * LOAD_I(hits->i, n) + tx, cy = h * LOAD_I(hits->j, n) + ty, cz = h * LOAD_I(hits->k, n) + tz;
-    v4d center = (cx * ((r[0] * nx + r[1] * ny) + r[2] * nz) + cy * ((r[3] * nx + r[4] * ny) + r[5] * nz)) +
-                 cz * ((r[6] * nx + r[7] * ny) + r[8] * nz);
+    vd x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
+    vd nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n);
+    vd cx = h * LOAD_I(hits->i, n) + tx, cy = h * LOAD_I(hits->j, n) + ty, cz = h * LOAD_I(hits->k, n) + tz;
+    vd center = (cx * ((r[0] * nx + r[1] * ny) + r[2] * nz) + cy * ((r[3] * nx + r[4] * ny) + r[5] * nz)) +
+                cz * ((r[6] * nx + r[7] * ny) + r[8] * nz);
     *depth = center - ((nx * x + ny * y) + nz * z);
 }
 
 VXSI_TARGET static void VXSI_NAME(set_planes)(vxsi_hits *hits, const vxsi_span *span, int only_deeper)
 {
-    for (uint32_t n = span->first; n < span->last; n += 4) {
-        v4d depth;
+    for (uint32_t n = span->first; n < span->last; n += VXSI_DOUBLES) {
+        vd depth;
         VXSI_NAME(depth_under)(hits, span, n, &depth);
         if (only_deeper) {
-            v4d given = LOAD_F(hits->depth, n);
+            vd given = LOAD_F(hits->depth, n);
             depth = SELECT(given > depth, given, depth);
         }
         if (!ALL_LANES(span, n)) depth = SELECT(LANES_OF(span, n), depth, LOAD_F(hits->depth, n));
@@ -103,39 +112,41 @@ VXSI_NAME(sum_each)(const vxsi_hits *hits, const vxsi_span *span, const double r
                     vxsi_total *total)
 {
     const double ox = reference[0], oy = reference[1], oz = reference[2];
-    const v4d zero = {0, 0, 0, 0};
-    v4d fx = zero, fy = zero, fz = zero, mx = zero, my = zero, mz = zero, deepest = zero;
-    for (uint32_t n = span->first; n < span->last; n += 4) {
-        v4d x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
-        v4d nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n), depth;
-        if (is_given)
-            depth = LOAD_F(hits->depth, n);
-        else
-            VXSI_NAME(depth_under)(hits, span, n, &depth);
-        v4l lanes = depth > zero;
-        if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
-        depth = KEEP(lanes, depth);
-        deepest = SELECT(depth > deepest, depth, deepest);
-        v4d w = depth;
-        if (span->has_area) w = KEEP(lanes, depth * LOAD_F(hits->area, n));
-        nx = KEEP(lanes, w * nx);
-        ny = KEEP(lanes, w * ny);
-        nz = KEEP(lanes, w * nz);
-        fx += nx;
-        fy += ny;
-        fz += nz;
-        mx += KEEP(lanes, (y - oy) * nz - (z - oz) * ny);
-        my += KEEP(lanes, (z - oz) * nx - (x - ox) * nz);
-        mz += KEEP(lanes, (x - ox) * ny - (y - oy) * nx);
+    const vd zero = {0};
+    vd fx[VECTORS] = {{0}}, fy[VECTORS] = {{0}}, fz[VECTORS] = {{0}}, mx[VECTORS] = {{0}},
+       my[VECTORS] = {{0}}, mz[VECTORS] = {{0}}, deepest = zero;
+    for (uint32_t first = span->first; first < span->last; first += SUMS) {
+#pragma GCC unroll 2
+        for (uint32_t v = 0, n = first; v < VECTORS; v++, n += VXSI_DOUBLES) {
+            vd x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
+            vd nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n), depth;
+            if (is_given)
+                depth = LOAD_F(hits->depth, n);
+            else
+                VXSI_NAME(depth_under)(hits, span, n, &depth);
+            vl lanes = depth > zero;
+            if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
+            depth = KEEP(lanes, depth);
+            deepest = SELECT(depth > deepest, depth, deepest);
+            const vd w = span->has_area ? depth * LOAD_F(hits->area, n) : depth;
+            nx *= w;
+            ny *= w;
+            nz *= w;
+            fx[v] += nx;
+            fy[v] += ny;
+            fz[v] += nz;
+            mx[v] += (y - oy) * nz - (z - oz) * ny;
+            my[v] += (z - oz) * nx - (x - ox) * nz;
+            mz[v] += (x - ox) * ny - (y - oy) * nx;
+        }
     }
-    total->force[0] = ADD_LANES(fx);
-    total->force[1] = ADD_LANES(fy);
-    total->force[2] = ADD_LANES(fz);
-    total->moment[0] = ADD_LANES(mx);
-    total->moment[1] = ADD_LANES(my);
-    total->moment[2] = ADD_LANES(mz);
-    total->depth = 0;
-    VXSI_NAME(store_depth)(total, &deepest);
+    total->force[0] = ADD_SUMS(fx);
+    total->force[1] = ADD_SUMS(fy);
+    total->force[2] = ADD_SUMS(fz);
+    total->moment[0] = ADD_SUMS(mx);
+    total->moment[1] = ADD_SUMS(my);
+    total->moment[2] = ADD_SUMS(mz);
+    total->depth = VXSI_NAME(largest)(&deepest);
 }
 
 VXSI_TARGET static void VXSI_NAME(sum_own)(const vxsi_hits *hits, const vxsi_span *span,

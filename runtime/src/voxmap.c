@@ -33,6 +33,7 @@ vxs_result vxs_voxmap_open(const vxs_asset *asset, vxs_voxmap *out)
     out->clearance_index = bytes_of(asset, VXS_VOXMAP_SECTION_CLRX, NULL);
     out->clearance = bytes_of(asset, VXS_VOXMAP_SECTION_CLRV, &out->clearance_count);
     out->clearance_chunks = bytes_of(asset, VXS_VOXMAP_SECTION_CLRC, NULL);
+    out->planes = bytes_of(asset, VXS_VOXMAP_SECTION_CLRP, NULL);
     out->surface_cells = grid->surface_cells;
     out->interior_cells = grid->interior_cells;
     out->layer_count = grid->layer_count;

@@ -62,7 +62,7 @@ void halve(const std::vector<Vec3> &at, std::vector<std::uint32_t> &order, std::
            std::size_t last)
 {
     const std::size_t count = last - first;
-    if (count <= 64) return;
+    if (count <= 16) return;
     Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     for (std::size_t i = first; i < last; ++i)
         for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -72,7 +72,7 @@ void halve(const std::vector<Vec3> &at, std::vector<std::uint32_t> &order, std::
     std::size_t longest = 0;
     for (std::size_t axis = 1; axis < 3; ++axis)
         if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
-    const std::size_t middle = first + std::max<std::size_t>(64, count / 2 / 64 * 64);
+    const std::size_t run = count > 64 ? 64 : 16, middle = first + (count + run - 1) / run / 2 * run;
     const auto begin = order.begin();
     std::nth_element(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(middle),
                      begin + static_cast<std::ptrdiff_t>(last), [&](std::uint32_t a, std::uint32_t b) {

@@ -12,12 +12,13 @@ import tempfile
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 PAGES = ("container", "voxmap", "pointshell", "plan")
-TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "u64": "uint64_t", "i64": "int64_t", "f32": "float",
+TYPES = {"u8": "uint8_t", "i8": "int8_t", "u16": "uint16_t", "u32": "uint32_t", "u64": "uint64_t", "i64": "int64_t", "f32": "float",
          "f64": "double"}
 CONSTANTS = {"VXS_CONTAINER_MAX_SECTIONS": "64", "VXS_VOXMAP_MAX_CELLS": "1 << 20", "VXS_VOXMAP_MAX_ROOT": "1 << 24",
              "VXS_VOXMAP_MAX_BRICKS": "1 << 28", "VXS_VOXMAP_MAX_INDEX": "INT64_C(1) << 44", "VXS_VOXMAP_MAX_LAYERS": "126",
              "VXS_VOXMAP_ENTRY_FIRST": "4",
              "VXS_VOXMAP_CLEARANCE_BLOCKS": "16 * 16 * 16", "VXS_VOXMAP_CLEARANCE_BEYOND": "127",
+             "VXS_VOXMAP_PLANE_REACH": "8", "VXS_VOXMAP_PLANE_STEP": "16", "VXS_VOXMAP_PLANE_NORMAL": "127",
              "VXS_VOXMAP_CLEARANCE_LEAST": "96", "VXS_VOXMAP_CLEARANCE_MOST": "4096", "VXS_POINTSHELL_LANES": "16", "VXS_POINTSHELL_CLUSTER_POINTS": "64",
              "VXS_POINTSHELL_MAX_POINTS": "1 << 28", "VXS_PLAN_MAX_STATICS": "4096", "VXS_PLAN_MAX_EFFECTS": "64", "VXS_PLAN_MAX_CONSTANTS": "24",
              "VXS_PLAN_MAX_KEYFRAMES": "1 << 16", "VXS_PLAN_NAME_SIZE": "256", "VXS_CELL_SURFACE": "1", "VXS_CELL_INTERIOR": "2"}

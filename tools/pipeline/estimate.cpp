@@ -75,7 +75,7 @@ Estimate estimate(const Extent &e, double voxel, const ChannelRequest &channels)
     // cell with its share of a brick, rounded up. The program itself, its libraries and two threads take 46
     // MiB.
     out.memory_bytes = 60e6 + 400 * e.triangles + 150 * e.vertices + 64 * out.pairs +
-                       125 * out.surface_cells + 2048 * bricks + 6144 * chunks + 12288 * around;
+                       125 * out.surface_cells + 2048 * bricks + 8192 * chunks + 12288 * around;
     out.file_bytes = 8192 + 34 * out.surface_cells + 400 * bricks;
     out.seconds = 0.03 + 6e-6 * e.triangles + 2e-6 * out.pairs + 3e-6 * out.surface_cells;
     const bool layers = channels.layers > 0, distance = channels.distance_cells > 0;

@@ -7,12 +7,14 @@
 #include "plan/plan_file.hpp"
 #include "pointshell/pointshell_file.hpp"
 #include "voxmap/clearance.hpp"
+#include "voxmap/planes.hpp"
 #include "voxmap/vdb.hpp"
 #include "voxmap/voxmap_file.hpp"
 
 #include "voxshell/effect.h"
 
 #include <algorithm>
+#include <cstring>
 #include <fmt/format.h>
 #include <fstream>
 #include <iterator>
@@ -45,6 +47,10 @@ void verify_clearance(const fs::path &path, const AssetFile &file)
         !std::equal(right.values.begin(), right.values.end(), reinterpret_cast<const Clearance::Values *>(map.clearance)) ||
         !std::equal(right.chunks.begin(), right.chunks.end(), map.clearance_chunks))
         throw Failure(ExitCode::invalid, path.string(), "CLRX, CLRV, CLRC: the clearance is not that of the cells; convert the part again");
+    if (!map.planes) return;
+    const std::vector<ChunkPlanes> right_planes = planes(map);
+    if (std::memcmp(right_planes.data(), map.planes, right_planes.size() * sizeof(ChunkPlanes)) != 0)
+        throw Failure(ExitCode::invalid, path.string(), "CLRP: the planes are not those of the cells; convert the part again");
 }
 
 VerifiedAsset verify_plan(const fs::path &path, const AssetFile &file)

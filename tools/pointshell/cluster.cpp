@@ -66,7 +66,7 @@ Real radius_up(double distance2)
     return r;
 }
 
-constexpr std::size_t size = VXS_POINTSHELL_CLUSTER_POINTS;
+constexpr std::size_t size = VXS_POINTSHELL_CLUSTER_POINTS, quarter = size / 4;
 
 // A point on its way to its place.
 struct Placed {
@@ -126,7 +126,7 @@ void split(std::span<Placed> points, std::size_t half, int axis, std::uint32_t l
 // The order of cluster.hpp. Which points make a half does not depend on how they are found.
 void halve(std::span<Placed> points, Progress &progress)
 {
-    if (points.size() <= size) {
+    if (points.size() <= quarter) {
         std::sort(points.begin(), points.end(), [](const Placed &a, const Placed &b) { return a.index < b.index; });
         return;
     }
@@ -140,7 +140,8 @@ void halve(std::span<Placed> points, Progress &progress)
     int axis = 0;
     for (int i = 1; i < 3; ++i)
         if (high[i] - low[i] > high[axis] - low[axis]) axis = i;
-    const std::size_t runs = (points.size() + size - 1) / size, half = runs / 2 * size;
+    const std::size_t run = points.size() > size ? size : quarter, runs = (points.size() + run - 1) / run,
+                      half = runs / 2 * run;
     if (points.size() > long_work)
         split(points, half, axis, low[axis], high[axis], progress);
     else
@@ -192,7 +193,7 @@ void order(std::vector<ShellPoint> &points, const Cells &cells, Progress &progre
 
 void cluster(Shell &shell, const Cells &cells, Progress &progress)
 {
-    if (shell.points.size() > size) order(shell.points, cells, progress);
+    if (shell.points.size() > quarter) order(shell.points, cells, progress);
     const std::span<const ShellPoint> points = shell.points;
     shell.clusters.resize((points.size() + size - 1) / size);
     if (points.empty()) return;

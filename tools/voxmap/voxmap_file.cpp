@@ -4,6 +4,7 @@
 #include "cli/failure.hpp"
 #include "container/asset_file.hpp"
 #include "voxmap/clearance.hpp"
+#include "voxmap/planes.hpp"
 
 #include "voxshell/voxmap.h"
 
@@ -409,6 +410,7 @@ std::vector<std::uint8_t> voxmap_bytes(VoxmapFile file, Progress *progress)
             add(VXS_VOXMAP_SECTION_CLRX, 4, found.index);
             add(VXS_VOXMAP_SECTION_CLRV, VXS_VOXMAP_CLEARANCE_BLOCKS, found.values);
             add(VXS_VOXMAP_SECTION_CLRC, 4, found.chunks);
+            add(VXS_VOXMAP_SECTION_CLRP, sizeof(ChunkPlanes), planes(view_of(levels, grid), progress));
         }
         add(VXS_SECTION_META, 1, file.meta);
     }

@@ -53,8 +53,7 @@
  *             there, and the point is `deep` too. With the law gradient d = -D, and a point that is beyond
  *             the band, where there is no direction, gives no force
  *
- * Torque = sum (p - o) x F_p. Sums run in point order, in four interleaved
- * double sums.
+ * Torque = sum (p - o) x F_p. Sums run in point order, in eight interleaved double sums.
  *
  * The tick is two passes and more. Probe, in float32, the points that are not culled: u = (R/h) x + b, cell =
  * floor(u), where R/h and b = (t - h origin_cell)/h are computed in double and rounded once, and u_i = ((m_i0
@@ -182,7 +181,7 @@ VXS_API void vxs_contact_config_default(vxs_contact_config *config);
  * Thread: any, rt-safe. */
 VXS_API vxs_result vxs_contact_config_check(const vxs_contact_config *config);
 
-/* Bytes for vxs_contact_init(): about 46 a point, and 9 a cluster and static. 0 for a NULL shell.
+/* Bytes for vxs_contact_init(): about 48 a point, and 24 a cluster and static. 0 for a NULL shell.
  * Thread: any, rt-safe. */
 VXS_API size_t vxs_contact_memory(const vxs_pointshell *shell, uint32_t statics);
 
@@ -210,7 +209,8 @@ VXS_API vxs_result vxs_contact_use(vxs_contact *contact, uint32_t kernel);
  * ones). All give the same wrench to the last bit. A map without clearance (formats/voxmap.md) is BRUTE. */
 typedef enum vxs_contact_culling {
     VXS_CONTACT_COHERENT = 0, /* CULLED, and what was far is not tested again until it can matter: default */
-    VXS_CONTACT_CULLED = 1,   /* bounding spheres of points against the map's clearance */
+    VXS_CONTACT_CULLED = 1,   /* bounding spheres of 64 points and more against the map's clearance, discs
+                               * around 16 against its planes */
     VXS_CONTACT_BRUTE = 2,    /* every point */
     VXS_CONTACT_CHECKED = 3   /* COHERENT, and every skip is checked: VXS_CONTACT_WRONG_SKIP */
 } vxs_contact_culling;

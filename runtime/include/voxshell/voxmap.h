@@ -31,6 +31,7 @@ typedef struct vxs_voxmap {
     const uint32_t *clearance_index; /* one entry per chunk of the box, or NULL: nothing can be culled */
     const int8_t *clearance;         /* 4096 per entry from VXS_VOXMAP_ENTRY_FIRST on; half cells */
     const int32_t *clearance_chunks; /* one per chunk of the box; cells */
+    const vxs_voxmap_plane *planes;  /* 512 per chunk, one per brick, or NULL */
     uint64_t chunk_count, brick_count, clearance_count;
     uint64_t surface_cells, interior_cells;
     int64_t bbox_min[3], bbox_max[3]; /* absolute cells, max inclusive: surface and interior */

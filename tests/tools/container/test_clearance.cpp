@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The clearance of every block against its definition in formats/voxmap.md, cell by cell.
+// The clearance of every block and the plane of every brick against their definitions in formats/voxmap.md,
+// cell by cell.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
@@ -163,6 +164,76 @@ TEST_CASE("every block's clearance is the one that the format defines")
     CHECK(exact > blocks / 20);
     MESSAGE(blocks << " blocks, " << deep << " in the interior, " << exact << " nearer than 16 cells, "
                    << beyond << " beyond");
+}
+
+namespace {
+
+/// What the format says of the brick whose first cell is `corner`, from all cells in question.
+vxs_voxmap_plane plane_at(const Others &solid, const Ints &corner, std::uint32_t entry)
+{
+    const vxs_voxmap_plane nothing{{0, 0, 0}, -1};
+    if (entry == VXS_CELL_INTERIOR) return nothing;
+    const Ints center{corner[0] + 4, corner[1] + 4, corner[2] + 4};
+    std::vector<Ints> touched;
+    std::array<long long, 3> sum{};
+    Others::each({-8, -8, -8}, {7, 7, 7}, 1, [&](const Ints &a) {
+        if (!solid.is_other({center[0] + a[0], center[1] + a[1], center[2] + a[2]})) return;
+        if (squared({0, 0, 0}, a, 1) < 64) touched.push_back(a);
+        long long middle = 0; // in quarters
+        for (int x = 0; x < 3; ++x) middle += (2 * a[x] + 1) * (2 * a[x] + 1);
+        for (std::size_t x = 0; x < 3 && middle < 4 * 64; ++x) sum[x] += 2 * a[x] + 1;
+    });
+    if (touched.empty()) return {{0, 0, 0}, 0};
+    const long long most = std::max({std::abs(sum[0]), std::abs(sum[1]), std::abs(sum[2])});
+    if (most == 0) return nothing;
+    vxs_voxmap_plane out{};
+    for (std::size_t x = 0; x < 3; ++x) out.normal[x] = static_cast<std::int8_t>(127 * sum[x] / most);
+    int least = 1 << 20;
+    for (const Ints &a : touched)
+        Others::each(a, {a[0] + 1, a[1] + 1, a[2] + 1}, 1, [&](const Ints &x) {
+            least = std::min(least, out.normal[0] * x[0] + out.normal[1] * x[1] + out.normal[2] * x[2]);
+        });
+    const int offset = static_cast<int>(std::floor(least / 16.0));
+    if (offset < -128) return nothing;
+    out.offset = static_cast<std::int8_t>(offset);
+    return out;
+}
+
+} // namespace
+
+TEST_CASE("every brick's plane is the one that the format defines")
+{
+    int planes = 0, free = 0, silent = 0;
+    for (std::uint32_t seed = 1; seed <= 8; ++seed) {
+        const WrittenFile file(voxmap_bytes(random_cells(seed)));
+        const AssetFile asset(file.path(), VXS_ASSET_VOXMAP);
+        vxs_voxmap map;
+        REQUIRE(vxs_voxmap_open(&asset.asset(), &map) == VXS_OK);
+        REQUIRE(map.planes);
+        const Others solid(map, VXS_CELL_FREE);
+        Others::each({0, 0, 0},
+                     {static_cast<int>(map.cells[0]) - 1, static_cast<int>(map.cells[1]) - 1,
+                      static_cast<int>(map.cells[2]) - 1},
+                     8, [&](const Ints &at) {
+                         const auto i = static_cast<std::uint32_t>(at[0]),
+                                    j = static_cast<std::uint32_t>(at[1]),
+                                    k = static_cast<std::uint32_t>(at[2]);
+                         const std::uint32_t chunk = map.root[vxs_voxmap_root_index(map.root_dims, i, j, k)];
+                         if (chunk < VXS_VOXMAP_ENTRY_FIRST) return;
+                         const std::size_t n = (chunk - VXS_VOXMAP_ENTRY_FIRST) * std::size_t{512} +
+                                               vxs_voxmap_chunk_slot(i, j, k);
+                         const vxs_voxmap_plane right = plane_at(solid, at, map.chunks[n]),
+                                                found = map.planes[n];
+                         REQUIRE(std::ranges::equal(found.normal, right.normal));
+                         REQUIRE(found.offset == right.offset);
+                         const bool none = std::ranges::count(right.normal, 0) == 3;
+                         ++(!none ? planes : right.offset ? silent : free);
+                     });
+    }
+    CHECK(planes > 500);
+    CHECK(free > 500);
+    CHECK(silent > 100);
+    MESSAGE(planes << " planes, " << free << " bricks in the free, " << silent << " without a plane");
 }
 
 TEST_CASE("far from everything a chunk's clearance is the one that the format defines")

@@ -35,7 +35,10 @@ enum {
     VXS_VOXMAP_CLEARANCE_BLOCKS = 4096, /* blocks of 4 x 4 x 4 cells in a chunk, one clearance each */
     VXS_VOXMAP_CLEARANCE_BEYOND = 127,  /* half cells: as far as a block's clearance says anything (M502) */
     VXS_VOXMAP_CLEARANCE_LEAST = 96,    /* cells: a chunk's clearance is at least, */
-    VXS_VOXMAP_CLEARANCE_MOST = 4096    /* and at most that (M503) */
+    VXS_VOXMAP_CLEARANCE_MOST = 4096,   /* and at most that (M503) */
+    VXS_VOXMAP_PLANE_REACH = 8,  /* cells: how far around a brick's centre its plane is one */
+    VXS_VOXMAP_PLANE_STEP = 16, /* of a plane's offset, in cells times its normal's length */
+    VXS_VOXMAP_PLANE_NORMAL = 127 /* the largest component of a plane's normal (M504) */
 };
 
 /* Every cell index of the box is in [-VXS_VOXMAP_MAX_INDEX, VXS_VOXMAP_MAX_INDEX) (M202). */
@@ -60,6 +63,15 @@ enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
 #define VXS_VOXMAP_SECTION_CLRX VXS_SECTION_ID('C', 'L', 'R', 'X') /* u32 */
 #define VXS_VOXMAP_SECTION_CLRV VXS_SECTION_ID('C', 'L', 'R', 'V') /* i8[4096] */
 #define VXS_VOXMAP_SECTION_CLRC VXS_SECTION_ID('C', 'L', 'R', 'C') /* i32 */
+/* Optional, with that trio, parallel to CHNK: for each brick of a chunk a plane with all its cells that are not
+ * free on the far side. Of the points x within VXS_VOXMAP_PLANE_REACH cells of the brick's centre c, those
+ * with n . (x - c) < VXS_VOXMAP_PLANE_STEP s are in free cells [cells]. */
+#define VXS_VOXMAP_SECTION_CLRP VXS_SECTION_ID('C', 'L', 'R', 'P') /* vxs_voxmap_plane[512] */
+
+typedef struct vxs_voxmap_plane {
+    int8_t normal[3]; /* n, of any length */
+    int8_t offset;    /* s; n = 0 with s = 0: all is free, with s = -1: says nothing */
+} vxs_voxmap_plane;
 
 typedef struct vxs_voxmap_grid {
     double voxel;           /* edge h of a cell [m], finite, > 0 */
@@ -83,6 +95,7 @@ enum {
     VXS_VOXMAP_FLAG_UNSIGNED = 2  /* DIST carries no sign: an open part */
 };
 
+VXS_STATIC_ASSERT(sizeof(vxs_voxmap_plane) == 4, "plane is 4 bytes");
 VXS_STATIC_ASSERT(sizeof(vxs_voxmap_grid) == 192, "grid is 192 bytes");
 VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, origin_cell) == 8, "layout");
 VXS_STATIC_ASSERT(offsetof(vxs_voxmap_grid, root_dims) == 32, "layout");
