@@ -326,7 +326,7 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     hits->count = hits->deep_count = hits->overflow = 0;
     if (contact->parts) memset(contact->parts, 0, count * sizeof *contact->parts);
     hits->take = take_of(config);
-    contact->probed = contact->wrong_skips = contact->run_count = contact->wanted_clusters = 0;
+    contact->probed = contact->wrong_skips = contact->run_count = contact->wanted_quarters = 0;
     contact->by_quarters = config->most_points == 0; /* levels of detail are of whole clusters */
     int is_near = 0;
     for (uint32_t n = 0; n < count; n++) {

@@ -77,7 +77,7 @@ __attribute__((target("avx2"))) uint32_t vxsi_sample_avx2(const vxs_voxmap *map,
         STORE_F(hits->depth, n, depth);
         deep += KEEP(is_deep & exists, one);
     }
-    return (uint32_t)ADD_FOUR(deep, 0);
+    return (uint32_t)((deep[0] + deep[1]) + (deep[2] + deep[3]));
 }
 
 #else

@@ -77,6 +77,7 @@ static uint32_t points_of(const vxs_pointshell *shell, uint32_t first, uint32_t 
 static void want(vxs_contact *contact, const vxsi_static *s, uint32_t first, uint32_t last)
 {
     vxsi_run *run = contact->runs + contact->run_count;
+    contact->wanted_quarters += last - first;
     if (contact->run_count > s->run_first && run[-1].last == first) {
         run[-1].last = last;
         return;
@@ -156,7 +157,6 @@ static void walk_quarters(walk *w, uint32_t first_cluster, uint64_t must)
 {
     enum { AT_ONCE = VXSI_BATCH / CLUSTER_QUARTERS };
     vxs_contact *contact = w->contact;
-    contact->wanted_clusters += (uint32_t)__builtin_popcountll(must);
     for (uint32_t n = 0; n < VXSI_BATCH; n += AT_ONCE) {
         const uint32_t base = (first_cluster + n) * CLUSTER_QUARTERS;
         uint64_t wanted = spread(must >> n & first_bits(AT_ONCE));
@@ -227,7 +227,6 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
     walk w = {.contact = contact, .s = s, .map = map};
     motion_of(map, &contact->shell, place, &s->motion);
     if (contact->culling == VXS_CONTACT_BRUTE || !map->clearance_index) {
-        contact->wanted_clusters += contact->clusters.count;
         want(contact, s, 0, contact->quarters.count);
         return;
     }
@@ -255,7 +254,8 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
 {
     /* So many clusters at the coarser of two levels, the others at the finer one, that the points are few
      * enough: one cluster more in contact changes the level of one or two, and the force hardly. */
-    uint64_t most = most_points ? most_points : UINT64_MAX, clusters = contact->wanted_clusters;
+    uint64_t most = most_points ? most_points : UINT64_MAX,
+             clusters = (contact->wanted_quarters + CLUSTER_QUARTERS - 1) / CLUSTER_QUARTERS;
     uint32_t fine = 0, coarse_quarters = 0;
     while (fine < VXSI_LEVELS && clusters * (VXS_POINTSHELL_CLUSTER_POINTS >> (2 * (fine + 1))) > most)
         fine++;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * VXSI_DOUBLES lanes (4, or 8) of the compiler's vectors, in functions for one instruction set or another.
+ * VXSI_DOUBLES lanes (2, 4 or 8) of the compiler's vectors, in functions for one instruction set or another.
  * The same operations in the same order whatever the vectors become, and never a fused one, so the same bits.
  */
 #ifndef VXSI_CONTACT_LANES_H
@@ -39,12 +39,12 @@ typedef int64_t vl __attribute__((vector_size(8 * VXSI_DOUBLES)));
 #define KEEP(mask, v) ((vd)((mask) & (vl)(v)))
 #define SELECT(mask, v, otherwise) ((vd)(((mask) & (vl)(v)) | (~(mask) & (vl)(otherwise))))
 #define ABS(v) ((vd)((vl)(v)&INT64_MAX))
-#define ADD_FOUR(v, n) (((v)[(n)] + (v)[(n) + 1]) + ((v)[(n) + 2] + (v)[(n) + 3]))
-
 #if VXSI_DOUBLES == 8
 #define PLACES ((vl){0, 1, 2, 3, 4, 5, 6, 7})
-#else
+#elif VXSI_DOUBLES == 4
 #define PLACES ((vl){0, 1, 2, 3})
+#else
+#define PLACES ((vl){0, 1})
 #endif
 #define ALL_LANES(span, n) ((n) + VXSI_DOUBLES <= (span)->last)
 /* All ones in the lanes of hits that exist. */

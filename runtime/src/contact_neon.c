@@ -211,6 +211,7 @@ static void cull_neon(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
 
 #define VXSI_TARGET
 #define VXSI_NAME(name) name##_neon
+#define VXSI_DOUBLES 2
 #include "contact_sum.h"
 #define VXSI_WIDTH 4
 /* There is no gather. */

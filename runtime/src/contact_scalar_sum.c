@@ -9,6 +9,7 @@
 
 #define VXSI_TARGET
 #define VXSI_NAME(name) name##_scalar
+#define VXSI_DOUBLES 2
 #include "contact_sum.h"
 #define VXSI_WIDTH 4
 /* There is no gather. */

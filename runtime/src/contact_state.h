@@ -47,7 +47,7 @@ struct vxs_contact {
     vxsi_spheres clusters, groups;
     vxsi_discs quarters;
     vxsi_run *runs; /* of all statics, one after the other */
-    uint32_t run_count, wanted_clusters;
+    uint32_t run_count, wanted_quarters;
     int by_quarters; /* quarters of a cluster are told apart; else it is looked at as a whole */
     int has_levels;
     vxs_pointshell levels[VXSI_LEVELS + 1]; /* from 1 on: the level's arrays */

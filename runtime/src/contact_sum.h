@@ -1,13 +1,20 @@
 /* SPDX-License-Identifier: MIT
  *
  * mean and sum of contact_kernel.h: included once per instruction set, with VXSI_TARGET and VXSI_NAME()
- * defined, and VXSI_DOUBLES if there are eight lanes.
+ * defined, and VXSI_DOUBLES if there are
+ * not four lanes.
  */
 #include "contact_lanes.h"
 
-/* The eight sums, in one vector or two: vector v of hits n .. n + 7 begins at hit n + VXSI_DOUBLES v. */
+/* The eight sums, in some vectors: vector v of hits n .. n + 7 begins at hit n + VXSI_DOUBLES v. */
 enum { SUMS = 8, VECTORS = SUMS / VXSI_DOUBLES };
-#define ADD_SUMS(v) (ADD_FOUR((v)[0], 0) + ADD_FOUR((v)[VECTORS - 1], VXSI_DOUBLES - 4))
+
+VXSI_TARGET static double VXSI_NAME(add_sums)(const vd sums[VECTORS])
+{
+    double s[SUMS];
+    memcpy(s, sums, sizeof s);
+    return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+}
 
 VXSI_TARGET static void VXSI_NAME(mean)(const vxsi_hits *hits, const vxsi_span *span, int only_deep,
                                         double sum[3], double *count)
@@ -26,10 +33,10 @@ VXSI_TARGET static void VXSI_NAME(mean)(const vxsi_hits *hits, const vxsi_span *
             number[v] += KEEP(lanes, one);
         }
     }
-    sum[0] = ADD_SUMS(x);
-    sum[1] = ADD_SUMS(y);
-    sum[2] = ADD_SUMS(z);
-    *count = ADD_SUMS(number);
+    sum[0] = VXSI_NAME(add_sums)(x);
+    sum[1] = VXSI_NAME(add_sums)(y);
+    sum[2] = VXSI_NAME(add_sums)(z);
+    *count = VXSI_NAME(add_sums)(number);
 }
 
 /* The largest lane. */
@@ -72,10 +79,10 @@ VXSI_TARGET static void VXSI_NAME(sum_common)(const vxsi_hits *hits, const vxsi_
             mz[v] += w * z;
         }
     }
-    total->weight = ADD_SUMS(weight);
-    total->moment[0] = ADD_SUMS(mx);
-    total->moment[1] = ADD_SUMS(my);
-    total->moment[2] = ADD_SUMS(mz);
+    total->weight = VXSI_NAME(add_sums)(weight);
+    total->moment[0] = VXSI_NAME(add_sums)(mx);
+    total->moment[1] = VXSI_NAME(add_sums)(my);
+    total->moment[2] = VXSI_NAME(add_sums)(mz);
     total->depth = VXSI_NAME(largest)(&deepest);
 }
 
@@ -140,12 +147,12 @@ VXSI_NAME(sum_each)(const vxsi_hits *hits, const vxsi_span *span, const double r
             mz[v] += (x - ox) * ny - (y - oy) * nx;
         }
     }
-    total->force[0] = ADD_SUMS(fx);
-    total->force[1] = ADD_SUMS(fy);
-    total->force[2] = ADD_SUMS(fz);
-    total->moment[0] = ADD_SUMS(mx);
-    total->moment[1] = ADD_SUMS(my);
-    total->moment[2] = ADD_SUMS(mz);
+    total->force[0] = VXSI_NAME(add_sums)(fx);
+    total->force[1] = VXSI_NAME(add_sums)(fy);
+    total->force[2] = VXSI_NAME(add_sums)(fz);
+    total->moment[0] = VXSI_NAME(add_sums)(mx);
+    total->moment[1] = VXSI_NAME(add_sums)(my);
+    total->moment[2] = VXSI_NAME(add_sums)(mz);
     total->depth = VXSI_NAME(largest)(&deepest);
 }
 
