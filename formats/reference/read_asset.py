@@ -417,8 +417,8 @@ class Voxmap(Asset):
         for n, entry in enumerate(self.chunks):
             *normal, offset = values[4 * n:4 * n + 4]
             longest = max(map(abs, normal))
-            fits = offset == -1 or (offset == 0 and entry == FREE) if longest == 0 else longest == 127 and entry != INTERIOR
-            if not fits:
+            says_nothing = longest == 0 and offset == -1
+            if not (says_nothing or entry != INTERIOR and (longest == 127 or longest == offset == 0)):
                 raise Broken("M504", "CLRP", start + 4 * n, f"plane {normal}, {offset} of a brick whose entry is {entry}")
 
     def root_around(self, chunk):

@@ -513,8 +513,11 @@ static vxs_result check_planes(const map_check *m)
     const uint64_t count = m->section[CHNK]->count * VXS_VOXMAP_CHUNK_ENTRIES;
     for (uint64_t n = 0; planes && n < count; n++) {
         const int length = longest(&planes[n]), offset = planes[n].offset;
-        const int fits = length == 0 ? offset == -1 || (offset == 0 && m->chunks[n] == VXS_CELL_FREE)
-                                     : length == VXS_VOXMAP_PLANE_NORMAL && m->chunks[n] != VXS_CELL_INTERIOR;
+        const int says_nothing = length == 0 && offset == -1;
+        const int fits =
+            m->chunks[n] == VXS_CELL_INTERIOR
+                ? says_nothing
+                : says_nothing || length == VXS_VOXMAP_PLANE_NORMAL || (length == 0 && offset == 0);
         if (!fits)
             return refuse_at(m, "M504", CLRP, n * sizeof *planes, "no plane, or it does not fit its brick");
     }

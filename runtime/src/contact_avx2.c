@@ -3,7 +3,7 @@
  * The kernel on AVX2, eight points at a time: the same operations in the same order as
  * contact_scalar.c and no fused multiply-add, so the same bits.
  */
-#include "contact_kernel.h"
+#include "contact_channel.h"
 
 #if defined(__x86_64__)
 
@@ -279,6 +279,21 @@ __attribute__((target("avx2"))) static void cull_avx2(const vxs_voxmap *map, con
 #define VXSI_TARGET __attribute__((target("avx2")))
 #define VXSI_NAME(name) name##_avx2
 #include "contact_sum.h"
+#define VXSI_SQRT(v) ((vd)_mm256_sqrt_pd((__m256d)(v)))
+#define VXSI_TO_DOUBLE(v) ((vd)_mm256_cvtepi32_pd((__m128i)(v)))
+#define VXSI_TO_INT(v) ((vi)_mm256_cvttpd_epi32((__m256d)(v)))
+
+__attribute__((target("avx2"))) static void pairs_avx2(const vxsi_channel *channel, const vi corner[3],
+                                                       vu pairs[4])
+{
+    uint32_t found[4][4];
+#pragma GCC unroll 1
+    for (int lane = 0; lane < 4; lane++)
+        vxsi_channel_pairs(channel, corner[0][lane], corner[1][lane], corner[2][lane], found[lane]);
+    for (int e = 0; e < 4; e++) pairs[e] = (vu){found[0][e], found[1][e], found[2][e], found[3][e]};
+}
+
+#include "contact_sample.h"
 #define VXSI_WIDTH 8
 #define VXSI_GATHER(base, index, lanes)                                                                      \
     ((vni)gather(_mm256_setzero_si256(), base, (__m256i)(index), (__m256i)(lanes)))
@@ -289,7 +304,7 @@ const vxsi_kernel vxsi_kernel_avx2 = {
     .cull = cull_avx2,
     .clear = clear_avx2,
     .probe = probe_avx2,
-    .sample = vxsi_sample_avx2,
+    .sample = sample_avx2,
     .mean = mean_avx2,
     .sum_common = sum_common_avx2,
     .sum_own = sum_own_avx2,

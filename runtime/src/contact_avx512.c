@@ -3,7 +3,7 @@
  * The kernel on AVX-512, sixteen points at a time: the same operations in the same order as
  * contact_scalar.c and no fused multiply-add, so the same bits.
  */
-#include "contact_kernel.h"
+#include "contact_channel.h"
 
 #if defined(__x86_64__)
 
@@ -273,6 +273,43 @@ VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *s
 #define VXSI_NAME(name) name##_avx512
 #define VXSI_DOUBLES 8
 #include "contact_sum.h"
+#define VXSI_SQRT(v) ((vd)_mm512_sqrt_pd((__m512d)(v)))
+#define VXSI_TO_DOUBLE(v) ((vd)_mm512_cvtepi32_pd((__m256i)(v)))
+#define VXSI_TO_INT(v) ((vi)_mm512_cvttpd_epi32((__m512d)(v)))
+
+/* Gathered where all corners are in one brick. */
+VXSI_TARGET static void pairs_avx512(const vxsi_channel *channel, const vi corner[3], vu pairs[4])
+{
+    static const int steps[4] = {0, 8, 64, 72};
+    const vxs_voxmap *map = channel->map;
+    const vi i = corner[0], j = corner[1], k = corner[2];
+    vi fits = ((i & 7) != 7) & ((j & 7) != 7) & ((k & 7) != 7); /* else outside the box, too */
+    if (!channel->distances || map->brick_count > INT32_MAX / 512 || map->chunk_count > max_chunks)
+        fits ^= fits;
+    __mmask8 lanes = _mm256_movepi32_mask((__m256i)fits);
+    const vi root =
+        ((i >> 6) * (int32_t)map->root_dims[1] + (j >> 6)) * (int32_t)map->root_dims[2] + (k >> 6);
+    const __m256i none = _mm256_setzero_si256(), first = _mm256_set1_epi32(VXS_VOXMAP_ENTRY_FIRST);
+    const __m256i chunk = _mm256_mmask_i32gather_epi32(none, lanes, (__m256i)root, map->root, 4);
+    lanes = _mm256_mask_cmpge_epi32_mask(lanes, chunk, first);
+    const vi slot = ((vi)chunk - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES +
+                    ((i << 3 & 7 << 6) | (j & 7 << 3) | (k >> 3 & 7));
+    const __m256i brick = _mm256_mmask_i32gather_epi32(none, lanes, (__m256i)slot, map->chunks, 4);
+    lanes = _mm256_mask_cmpge_epi32_mask(lanes, brick, first);
+    const vi at = ((vi)brick - VXS_VOXMAP_ENTRY_FIRST) * 512 + ((i & 7) << 6 | (j & 7) << 3 | (k & 7));
+    for (int e = 0; e < 4; e++) /* little-endian */
+        pairs[e] =
+            (vu)_mm256_mmask_i32gather_epi32(none, lanes, (__m256i)(at + steps[e]), channel->distances, 2);
+    for (unsigned left = (unsigned)lanes ^ 0xFFu; left; left &= left - 1) {
+        const int lane = __builtin_ctz(left);
+        uint32_t own[4];
+        vxsi_channel_pairs(channel, i[lane], j[lane], k[lane], own);
+        for (int e = 0; e < 4; e++)
+            pairs[e] = (vu)_mm256_mask_set1_epi32((__m256i)pairs[e], (__mmask8)(1u << lane), (int)own[e]);
+    }
+}
+
+#include "contact_sample.h"
 #define VXSI_WIDTH 16
 #define VXSI_GATHER(base, index, lanes) ((vni)gather(all(0), VXSI_BITS(lanes), base, (__m512i)(index)))
 #define VXSI_BITS(mask) _mm512_movepi32_mask((__m512i)(mask))
@@ -282,7 +319,7 @@ const vxsi_kernel vxsi_kernel_avx512 = {
     .cull = cull_avx512,
     .clear = clear_avx512,
     .probe = probe_avx512,
-    .sample = vxsi_sample_avx2,
+    .sample = sample_avx512,
     .mean = mean_avx512,
     .sum_common = sum_common_avx512,
     .sum_own = sum_own_avx512,

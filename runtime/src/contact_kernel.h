@@ -92,7 +92,7 @@ typedef struct vxsi_span {
 
 /* Fills hits.depth of the span from the map's layers or distances; is_steepest: and their normals, along the
  * gradient, with depth 0 where there is none. Returns how many are too deep for the channel to know how deep.
- * May write up to three hits beyond the span's last: statics are sampled in order. */
+ * May write up to seven hits beyond the span's last: statics are sampled in order. */
 typedef uint32_t vxsi_sample(const vxs_voxmap *map, int is_layers, int is_steepest, const vxsi_span *span,
                              vxsi_hits *hits);
 
@@ -136,6 +136,6 @@ extern const vxsi_kernel vxsi_kernel_neon;
 #endif
 vxsi_cull vxsi_cull_scalar;
 vxsi_probe vxsi_probe_scalar;
-vxsi_sample vxsi_sample_scalar, vxsi_sample_avx2;
+vxsi_sample vxsi_sample_scalar;
 
 #endif
