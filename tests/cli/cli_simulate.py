@@ -87,7 +87,7 @@ class Simulate(command.CommandTest):
         self.assertEqual([stage['stage'] for stage in told['explain']], ['exchange', 'contact', 'coupling', 'tick'])
         self.assertEqual(set(told['flag_ticks']) - {'ramping', 'deep'}, set())
         effects = {effect['effect']: effect for effect in told['effects']}
-        self.assertEqual({name for name, effect in effects.items() if effect['in']}, {'start-inside', 'torque', 'soft-start'})
+        self.assertEqual({name for name, effect in effects.items() if effect['in']}, {'start-inside', 'soft-start'})  # no torque on this device
         for name, effect in effects.items():
             self.assertTrue(effect['reads'], name)
             self.assertEqual(effect['ns'] is None, effect['why_not'] != '', name)
