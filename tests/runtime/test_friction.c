@@ -46,6 +46,7 @@ static void open_stage(lone_stage *l, double sticking, double sliding, double st
     l->stage->reset(memory, &l->tick.body);
 }
 
+/* What friction adds. */
 static vxs_wrench run_stage(lone_stage *l)
 {
     memset(&l->tick.wrench, 0, sizeof l->tick.wrench);
@@ -113,6 +114,23 @@ static void check_cone(void)
     CHECK(length(run_stage(&l).force) == 0);
     one_load(&l, 3, 0.01);
     CHECK(length(run_stage(&l).force) == 0);
+}
+
+/* Where contact-damping has made more or less of contact, the cone is as much wider or narrower. */
+static void check_damped_contact(void)
+{
+    lone_stage l;
+    open_stage(&l, 0.5, 0.4, 2000, 0);
+    l.tick.contact.wrench = (vxs_wrench){{0, 3, 0}, {0.1, 0, 0}};
+    one_load(&l, 3, 0.01);
+    for (int k = 0; k < 40; k++) {
+        const double share = 0.1 * (k % 20);
+        l.tick.body.position[0] += 1e-2;
+        l.tick.wrench = (vxs_wrench){{0, 3 * share, 0}, {0.1 * share, 0, 0}};
+        l.stage->add(memory, &l.tick);
+        if (k > 0) CHECK_NEAR(l.tick.wrench.force[0], -0.4 * 3 * share, 1e-12);
+        CHECK(l.tick.wrench.force[1] == 3 * share);
+    }
 }
 
 /* The damper is within the cone too. */
@@ -423,6 +441,7 @@ int main(int count, char **arguments)
     wrong.as.friction.sliding = 0.41; /* slides harder than it sticks */
     CHECK_INT(vxs_effect_check(&wrong), VXS_PARAM);
     check_cone();
+    check_damped_contact();
     check_damping();
     check_twist();
     check_moving_static();

@@ -29,7 +29,7 @@
  *                 times r_i: the fourth component. With w_i = N_i / sum N, the object feels at the centre
  *                     F_i = -w_i (k_t s_i + b_t s_i')        (and the torque r_i F_i4 about the normal)
  *                 while |F_i| <= mu_s N_i. Beyond it the anchor is dragged along, so that |F_i| = mu_k N_i,
- *                 until it takes less to hold. N is contact's elastic force. An anchor goes with its
+ *                 until it takes less to hold; contact-damping scales N too. An anchor goes with its
  *                 static. What one anchor loses of its share w goes, stretch and all, to those that gain:
  *                 nothing jumps where contact passes from one direction to the next; the last load that
  *                 goes takes it all. In no tick does it give more than it had:

@@ -34,7 +34,8 @@ typedef struct anchors {
 
 typedef struct friction {
     double sticking, sliding, stiffness, damping;
-    double rate; /* b_t / the time since the last tick */
+    double rate;    /* b_t / the time since the last tick */
+    double pressed; /* the normal forces as damped, of those that contact told */
     const vxs_contact_static *statics;
     uint32_t now; /* which of both is this tick's */
     anchors ticks[2];
@@ -231,6 +232,7 @@ static void drag(const friction *f, anchor *a, const double way[4], double load,
 {
     double stiffness = f->stiffness * a->share, rate = f->rate * a->share;
     for (int i = 0; i < 4; i++) force[i] = stiffness * (a->stretch[i] + way[i]) + rate * way[i];
+    load *= f->pressed;
     double size = length(force), most = (a->is_sliding ? f->sliding : f->sticking) * load;
     a->is_sliding = size > most;
     double factor = size > most ? f->sliding * load / size : 1;
@@ -262,6 +264,19 @@ static void add_friction(const friction *f, const vxs_contact_load *load, const 
     }
 }
 
+/* By how much contact-damping has changed contact's wrench: it multiplies all of it. */
+static double share_of(const vxs_wrench *now, const vxs_wrench *before)
+{
+    double share = 1, most = 0;
+    for (int i = 0; i < 6; i++) {
+        const double was = i < 3 ? before->force[i] : before->torque[i - 3];
+        if (!(fabs(was) > most)) continue;
+        most = fabs(was);
+        share = (i < 3 ? now->force[i] : now->torque[i - 3]) / was;
+    }
+    return share;
+}
+
 static void add(void *self, vxsi_tick *tick)
 {
     friction *f = self;
@@ -271,6 +286,7 @@ static void add(void *self, vxsi_tick *tick)
     double force = 0;
     if (tick->evaluation == 0) f->now = !f->now;
     f->rate = f->damping / tick->elapsed;
+    f->pressed = share_of(&tick->wrench, &tick->contact.wrench);
     const anchors *last = &f->ticks[!f->now];
     anchors *next = &f->ticks[f->now];
     next->count = next->ground_count = 0;
