@@ -101,7 +101,8 @@ def write(scene, hold, coupling, law, field):
     if coupling != 'auto':
         scene['coupling']['kind'] = coupling
     if coupling == 'pt2':
-        scene['contact'].update(stiffness='1e8N/m^3')
+        device = scene['device'].removeprefix('sim:')
+        scene['contact'].update(stiffness='1e8N/m^3', most_stiffness=f'{stiffness(device, scene["rate"]):.0f}N/m')
 
 
 def main():
