@@ -41,7 +41,7 @@ class Interrupt(command.CommandTest):
         """From SIGINT to the process's end, giving back its memory included: 100 ms of two threads, whatever else the machine does.
         VXS_CANCEL_VOXEL=0.12mm: a thousand cells, by hand."""
         glb = shapes.write_glb(self.path('fine.glb'), shapes.cup(radius=60, height=90, wall=3, segments=200))
-        arguments = [command.BIN, 'convert', glb, '-o', self.path('fine'), '--voxel', os.environ.get('VXS_CANCEL_VOXEL', '0.4mm'), '--channels', 'layers:3,distance:3', '-j2',
+        arguments = [command.BIN, 'convert', glb, '-o', self.path('fine'), '--voxel', os.environ.get('VXS_CANCEL_VOXEL', '0.7mm'), '--channels', 'layers:3,distance:3', '-j2',
                      '--progress', 'json']
         whole = subprocess.run(arguments, capture_output=True, text=True, timeout=120)
         stages = [json.loads(line)['stage'] for line in whole.stderr.splitlines() if '"done":0,' in line]
