@@ -6,6 +6,7 @@
 #include "container/asset_file.hpp"
 #include "pipeline/convert_scene.hpp"
 #include "pipeline/output.hpp"
+#include "plan/scene_plan.hpp"
 #include "study/servo_run.hpp"
 #include "study/temporary_folder.hpp"
 
@@ -268,8 +269,13 @@ TEST_CASE("60 s on the simulated Phantom: no NaN, no missed state, the same trac
     scene.hand.keyframes.push_back(slide);
 
     Progress silent;
-    const RunOptions options{"sim:phantom-premium-1.5", 60, false, true};
-    const ServoRun run = run_servo(scene, assets().map, assets().shell, options, silent);
+    const Assets &open = assets();
+    const PlanFile plan = scene_plan(scene, scene.device, {"cup.voxmap", open.map_file->content_hash()},
+                                     {"sphere.pointshell", open.shell_file->content_hash()}, {}, {});
+    const vxs_asset of_plan[] = {open.map_file->asset(), open.shell_file->asset()};
+    const PlannedServo planned(plan, of_plan, "cup");
+    const RunOptions options{60, false, true};
+    const ServoRun run = run_servo(planned, options, silent);
     CHECK(run.ticks == 60'000);
     CHECK(run.contact_ticks > 30'000);
     CHECK(run.output_peak > 0);
@@ -285,7 +291,7 @@ TEST_CASE("60 s on the simulated Phantom: no NaN, no missed state, the same trac
     CHECK(finite);
     const std::string trace = trace_csv(run.rows);
     CHECK(trace.find("nan") == std::string::npos);
-    CHECK(trace == trace_csv(run_servo(scene, assets().map, assets().shell, options, silent).rows));
+    CHECK(trace == trace_csv(run_servo(planned, options, silent).rows));
     MESSAGE("force at the hand ", run.output_peak, " N at most, collision ", run.collision_peak, " N at most, in contact ",
             run.contact_ticks, " ticks");
 }
