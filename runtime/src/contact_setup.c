@@ -216,8 +216,8 @@ static void wrap(vxsi_discs *out, uint32_t n, const vxs_pointshell *shell, uint3
             const double side = away[j] * axis[k] - away[k] * axis[j];
             across += side * side;
         }
-        half = fmax(half, fabs(along));
-        square = fmax(square, across);
+        if (fabs(along) > half) half = fabs(along);
+        if (across > square) square = across;
     }
     out->half[n] = (float)(half * (1 + 0x1p-20));
     out->radius[n] = (float)(sqrt(square) * (1 + 0x1p-20));

@@ -21,6 +21,7 @@ std::vector<TraceRow> rows()
     rows[1].t = 0.1 + 0.2;
     rows[1].device = {1.0 / 3, -2e-300, std::numeric_limits<double>::denorm_min()};
     rows[1].hand = {1e22, -0.0, 5};
+    rows[1].body = {-1e-9, 11, 12};
     rows[1].collision_force = {0.1, 0.2, 0.3};
     rows[1].collision_torque = {4, 5, 6};
     rows[1].output_force = {7, 8, 9};
@@ -38,9 +39,9 @@ TEST_CASE("every number of the CSV reads back as the same double")
     std::istringstream text(trace_csv(rows()));
     std::string line, cell;
     std::getline(text, line);
-    CHECK(std::count(line.begin(), line.end(), ',') == 18);
+    CHECK(std::count(line.begin(), line.end(), ',') == 21);
     std::getline(text, line);
-    CHECK(line == "0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
+    CHECK(line == "0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0");
     std::getline(text, line);
     std::istringstream cells(line);
     std::vector<double> values;
@@ -52,7 +53,7 @@ TEST_CASE("every number of the CSV reads back as the same double")
         values.push_back(value);
     }
     const TraceRow r = rows()[1];
-    const std::vector<double> expected{r.t, r.device[0], r.device[1], r.device[2], 1e22, -0.0, 5, 0.1, 0.2, 0.3,
+    const std::vector<double> expected{r.t, r.device[0], r.device[1], r.device[2], 1e22, -0.0, 5, -1e-9, 11, 12, 0.1, 0.2, 0.3,
                                        4,   5,           6,           7,           8,    9,    42, 4294967295.0, -0.125};
     CHECK(values == expected);
 }
