@@ -27,6 +27,7 @@ PLAN = struct.Struct("<dIIIIdddIIII6d6d7d7d48s16s48s")
 PLANNED = struct.Struct("<II7d32s256s32s")
 EFFECT = struct.Struct("<32sII24d")
 KEYFRAME = struct.Struct("<d7dII7d")
+MOTION = struct.Struct("<d7dII")
 
 MAGIC = {b"\x89VXM\r\n\x1a\n": "voxmap", b"\x89VXP\r\n\x1a\n": "pointshell",
          b"\x89VXL\r\n\x1a\n": "plan"}
@@ -590,7 +591,7 @@ class Pointshell(Asset):
 
 
 class Plan(Asset):
-    STRIDES = {"PLAN": 384, "ASST": 384, "EFCT": 232, "HAND": 128}
+    STRIDES = {"PLAN": 384, "ASST": 384, "EFCT": 232, "HAND": 128, "MOVE": 72}
     LAWS = {1: "original", 2: "average", 3: "gradient", 4: "patch"}
     FIELDS = {1: "surface", 2: "layers", 3: "distance"}
     WEIGHTINGS = {1: "count", 2: "count-capped", 3: "area"}
@@ -601,11 +602,12 @@ class Plan(Asset):
 
     def __init__(self, data):
         super().__init__(data)
-        self.check_layout("P1", self.STRIDES, optional=("EFCT", "HAND"))
+        self.check_layout("P1", self.STRIDES, optional=("EFCT", "HAND", "MOVE"))
         self.check_info()
         self.check_assets()
         self.check_effects()
         self.check_hand()
+        self.check_motion()
         self.check_content_hash()
 
     def elements(self, name, layout):
@@ -737,12 +739,32 @@ class Plan(Asset):
                     raise Broken("P505", "HAND", at + 120, f"turn_angle {angle}")
             self.hand.append((time, *pose))
 
+    def check_motion(self):
+        if "MOVE" in self.by_name and self.by_name["MOVE"].count > 2**16:
+            raise Broken("P601", "TABL", self.by_name["MOVE"].entry_offset, "more than 2^16 keyframes")
+        self.moves = []
+        for at, (time, *pose, asset, reserved) in self.elements("MOVE", MOTION):
+            last = self.moves[-1] if self.moves else (-1, 0)
+            if not last[1] <= asset < len(self.assets) - 1:
+                raise Broken("P602", "MOVE", at + 64, f"asset {asset}")
+            if not (amount(time) and time <= 1e9 and (asset > last[1] or time > last[0])):
+                raise Broken("P603", "MOVE", at, f"time {time}")
+            self.check_pose("P604", "MOVE", at + 8, pose)
+            if reserved:
+                raise Broken("P605", "MOVE", at + 68, "reserved is not 0")
+            self.moves.append((time, asset, *pose))
+        if "motion" in self.effects and not self.moves:
+            at = self.by_name["EFCT"].offset + 232 * list(self.effects).index("motion")
+            raise Broken("P606", "EFCT", at, "a motion without MOVE")
+        if self.moves and "motion" not in self.effects:
+            raise Broken("P606", "TABL", self.by_name["MOVE"].entry_offset, "MOVE without a motion")
+
     def summary(self):
         return {**super().summary(), "rate_hz": self.rate, "device": self.device, "arm": self.arm, "law": self.law, "field": self.field,
                 "weighting": self.weighting, "coupling": {"kind": self.coupling, "designed": bool(self.flags & 1), **self.numbers},
                 "max_force_n": self.max_force, "assets": self.assets,
                 "effects": [{"kind": kind, "constants": constants} for kind, constants in self.effects.items()],
-                "hand_keyframes": len(self.hand)}
+                "hand_keyframes": len(self.hand), "motion_keyframes": len(self.moves)}
 
 
 KINDS = {"voxmap": Voxmap, "pointshell": Pointshell, "plan": Plan}

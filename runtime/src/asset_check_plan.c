@@ -8,7 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { PLAN, ASST, EFCT, HAND, KNOWN };
+enum { PLAN, ASST, EFCT, HAND, MOVE, KNOWN };
 
 static const struct {
     uint32_t id, stride;
@@ -17,6 +17,7 @@ static const struct {
     {VXS_PLAN_SECTION_ASST, sizeof(vxs_plan_asset)},
     {VXS_PLAN_SECTION_EFCT, sizeof(vxs_plan_effect)},
     {VXS_PLAN_SECTION_HAND, sizeof(vxs_plan_keyframe)},
+    {VXS_PLAN_SECTION_MOVE, sizeof(vxs_plan_motion)},
 };
 
 typedef struct plan_check {
@@ -46,7 +47,7 @@ static vxs_result check_sections(plan_check *p)
         if (is_optional && !vxsi_find_section(p->check->data, layout[n].id)) continue;
         if (table[next].id != layout[n].id) /* META is last, so a table that is too short fails here */
             return vxsi_refuse_entry(p->check, VXS_CORRUPT, "P101", &table[next],
-                                     "not PLAN, ASST and what there is of EFCT, HAND in order");
+                                     "not PLAN, ASST and what there is of EFCT, HAND, MOVE in order");
         p->section[n] = &table[next++];
     }
     for (int n = 0; n < KNOWN; n++) {
@@ -325,6 +326,45 @@ static vxs_result check_hand(const plan_check *p)
     return result;
 }
 
+#undef FIELD
+#define FIELD(name) offsetof(vxs_plan_motion, name)
+
+/* The number of the effect whose keyframes MOVE holds, that of effects if there is none. */
+static uint64_t find_motion(const plan_check *p)
+{
+    static const uint8_t kind[sizeof((vxs_plan_effect *)NULL)->kind] = "motion";
+    uint64_t n = 0, count = p->section[EFCT] ? p->section[EFCT]->count : 0;
+    while (n < count && memcmp(((const vxs_plan_effect *)element(p, EFCT, n))->kind, kind, sizeof kind) != 0) n++;
+    return n;
+}
+
+static vxs_result check_motion(const plan_check *p)
+{
+    uint64_t effects = p->section[EFCT] ? p->section[EFCT]->count : 0, motion = find_motion(p);
+    if (!p->section[MOVE])
+        return motion < effects ? refuse_at(p, "P606", EFCT, motion, 0, "a motion without MOVE") : VXS_OK;
+    if (p->section[MOVE]->count > VXS_PLAN_MAX_KEYFRAMES)
+        return vxsi_refuse_entry(p->check, VXS_LIMIT, "P601", p->section[MOVE], "more than 2^16 keyframes");
+    uint32_t asset = 0;
+    double before = -1;
+    for (uint64_t n = 0; n < p->section[MOVE]->count; n++) {
+        const vxs_plan_motion *m = element(p, MOVE, n);
+        if (m->asset < asset || m->asset >= p->section[ASST]->count - 1)
+            return refuse_at(p, "P602", MOVE, n, FIELD(asset), "no static's number, or out of order");
+        if (m->asset > asset) before = -1;
+        asset = m->asset;
+        if (!(is_amount(m->time) && m->time > before && m->time <= 1e9))
+            return refuse_at(p, "P603", MOVE, n, FIELD(time), "times are not ascending within 0 .. 1e9 s");
+        before = m->time;
+        vxs_result result = check_pose(p, "P604", MOVE, n, FIELD(position), FIELD(orientation));
+        if (result != VXS_OK) return result;
+        if (m->reserved != 0) return refuse_at(p, "P605", MOVE, n, FIELD(reserved), "reserved is not 0");
+    }
+    if (motion == effects)
+        return vxsi_refuse_entry(p->check, VXS_CORRUPT, "P606", p->section[MOVE], "MOVE without a motion");
+    return VXS_OK;
+}
+
 vxs_result vxsi_check_plan(vxsi_check *check)
 {
     plan_check p = {.check = check};
@@ -335,5 +375,6 @@ vxs_result vxsi_check_plan(vxsi_check *check)
     if (result == VXS_OK) result = check_assets(&p);
     if (result == VXS_OK) result = check_effects(&p);
     if (result == VXS_OK) result = check_hand(&p);
+    if (result == VXS_OK) result = check_motion(&p);
     return result;
 }

@@ -24,6 +24,12 @@ SAME(COUPLING_QUASI_STATIC, COUPLING_QUASI_STATIC);
 SAME(MAX_CONSTANTS, EFFECT_MAX_CONSTANTS);
 SAME(MAX_STATICS, CONTACT_MAX_STATICS);
 
+_Static_assert(sizeof(vxs_plan_motion) == sizeof(vxs_effect_keyframe) &&
+                   offsetof(vxs_plan_motion, position) == offsetof(vxs_effect_keyframe, pose.position) &&
+                   offsetof(vxs_plan_motion, orientation) == offsetof(vxs_effect_keyframe, pose.orientation) &&
+                   offsetof(vxs_plan_motion, asset) == offsetof(vxs_effect_keyframe, static_index),
+               "the file's keyframes are the runtime's");
+
 vxs_result vxs_plan_open(const vxs_asset *asset, vxs_plan *out)
 {
     if (!asset || !out || !asset->data) return VXS_PARAM;
@@ -31,7 +37,8 @@ vxs_result vxs_plan_open(const vxs_asset *asset, vxs_plan *out)
     const vxs_container_section *info = vxs_asset_section(asset, VXS_PLAN_SECTION_PLAN),
                                 *assets = vxs_asset_section(asset, VXS_PLAN_SECTION_ASST),
                                 *effects = vxs_asset_section(asset, VXS_PLAN_SECTION_EFCT),
-                                *hand = vxs_asset_section(asset, VXS_PLAN_SECTION_HAND);
+                                *hand = vxs_asset_section(asset, VXS_PLAN_SECTION_HAND),
+                                *moves = vxs_asset_section(asset, VXS_PLAN_SECTION_MOVE);
     *out = (vxs_plan){
         .info = (const void *)(asset->data + info->offset),
         .assets = (const void *)(asset->data + assets->offset),
@@ -39,7 +46,9 @@ vxs_result vxs_plan_open(const vxs_asset *asset, vxs_plan *out)
         .effect_count = effects ? (uint32_t)effects->count : 0,
         .effects = effects ? (const void *)(asset->data + effects->offset) : NULL,
         .hand = hand ? (const void *)(asset->data + hand->offset) : NULL,
+        .moves = moves ? (const void *)(asset->data + moves->offset) : NULL,
         .hand_count = hand ? (uint32_t)hand->count : 0,
+        .move_count = moves ? (uint32_t)moves->count : 0,
     };
     return VXS_OK;
 }
@@ -135,6 +144,10 @@ static vxs_result load_effects(const vxs_plan *plan, const plan_room *room, vxs_
         if (!kind || from->constant_count > known) return tell(issue, n, 1, VXS_UNSUPPORTED);
         vxs_effect_default(kind, effect); /* constants that are newer than the plan are as by default */
         memcpy(effect->as.constants, from->constants, from->constant_count * sizeof(double));
+        if (kind == VXS_EFFECT_MOTION) {
+            effect->keyframes = (const vxs_effect_keyframe *)(const void *)plan->moves;
+            effect->keyframe_count = plan->move_count;
+        }
         vxs_result result = vxs_effect_check(effect);
         if (result != VXS_OK) return tell(issue, n, 1, result);
     }

@@ -86,7 +86,8 @@ def main():
             lines += [f'_Static_assert({a}, "{struct}");' for a in assertions(struct, size, rows)]
     lines += [f'_Static_assert({name} == ({number}), "{name}");' for name, number in CONSTANTS.items()]
     assert structs == ["vxs_container_header", "vxs_container_section", "vxs_voxmap_grid", "vxs_voxmap_plane", "vxs_pointshell_info",
-                       "vxs_pointshell_cluster", "vxs_plan_info", "vxs_plan_asset", "vxs_plan_effect", "vxs_plan_keyframe"], structs
+                       "vxs_pointshell_cluster", "vxs_plan_info", "vxs_plan_asset", "vxs_plan_effect", "vxs_plan_keyframe",
+                       "vxs_plan_motion"], structs
     with tempfile.TemporaryDirectory() as folder:
         source = os.path.join(folder, "layout.c")
         with open(source, "w", encoding="utf-8") as file:

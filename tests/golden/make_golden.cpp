@@ -238,13 +238,33 @@ Bytes pressed()
     return plan_bytes(file);
 }
 
+/// A static that moves.
+Bytes moved()
+{
+    PlanFile file = plain_plan();
+    file.assets.insert(file.assets.begin(), planned(VXS_PLAN_ROLE_STATIC, "still.voxmap", 0xcc));
+    vxs_plan_effect motion{};
+    put_text(motion.kind, "motion");
+    motion.constant_count = 1;
+    motion.constants[0] = 1;
+    file.effects = {motion};
+    vxs_plan_motion first{}, second{};
+    first.asset = second.asset = 1;
+    first.orientation[0] = second.orientation[0] = 1;
+    second.time = 1.5;
+    second.position[2] = 0.03125;
+    file.moves = {first, second};
+    return plan_bytes(file);
+}
+
 const struct {
     const char *name;
     Bytes (*make)();
 } goldens[] = {{"one_cell.voxmap", one_cell},       {"uniform.voxmap", uniform},
                {"clearance.voxmap", clearance},     {"channels.voxmap", channels},
                {"one_point.pointshell", one_point}, {"two_clusters.pointshell", two_clusters},
-               {"bare.plan", bare},                 {"pressed.plan", pressed}};
+               {"bare.plan", bare},                 {"pressed.plan", pressed},
+               {"moved.plan", moved}};
 
 Bytes file_bytes(const std::filesystem::path &path)
 {

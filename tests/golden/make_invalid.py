@@ -37,6 +37,8 @@ EFCT = {"kind": (0, "32s"), "count": (32, "I"), "reserved": (36, "I"), "constant
 HAND = {"time": (0, "d"), "pose": (8, "d"), "move": (64, "I"), "reserved": (68, "I"), "about": (72, "d"), "axis": (96, "d"),
         "angle": (120, "d")}
 
+MOVE = {"time": (0, "d"), "pose": (8, "d"), "asset": (64, "I"), "reserved": (68, "I")}
+
 
 def round64(n):
     return (n + 63) // 64 * 64
@@ -131,6 +133,10 @@ def hand(n, name, value, axis=0):
     return lambda d: put(d.bytes_of("HAND"), HAND, name, value, 128 * n + axis * struct.calcsize(HAND[name][1]))
 
 
+def move(n, name, value, axis=0):
+    return lambda d: put(d.bytes_of("MOVE"), MOVE, name, value, 72 * n + axis * struct.calcsize(MOVE[name][1]))
+
+
 def value(section, code, n, number):
     return lambda d: struct.pack_into("<" + code, d.bytes_of(section), n * struct.calcsize(code), number)
 
@@ -203,7 +209,7 @@ def second_brick(state_byte):
 
 MAP, UNIFORM, CHANNELS, CLEARANCE = "one_cell.voxmap", "uniform.voxmap", "channels.voxmap", "clearance.voxmap"
 POINT, SHELL = "one_point.pointshell", "two_clusters.pointshell"
-BARE, PRESSED = "bare.plan", "pressed.plan"
+BARE, PRESSED, MOVED = "bare.plan", "pressed.plan", "moved.plan"
 HUGE = 2**64 - 64
 
 CASES = [
@@ -491,6 +497,17 @@ CASES = [
     ("P505", PRESSED, hand(2, "about", NAN)),
     ("P505", PRESSED, hand(2, "axis", 0.5, 1)),
     ("P505", PRESSED, hand(2, "angle", INF)),
+    ("P601", MOVED, resize("MOVE", 72 * (2**16 + 1))),
+    ("P602", MOVED, move(0, "asset", 2)),
+    ("P602", MOVED, move(1, "asset", 0)),
+    ("P603", MOVED, move(0, "time", -1.0)),
+    ("P603", MOVED, move(1, "time", 0.0)),
+    ("P603", MOVED, move(1, "time", NAN)),
+    ("P604", MOVED, move(1, "pose", INF, 1)),
+    ("P604", MOVED, move(0, "pose", 0.5, 3)),
+    ("P605", MOVED, move(1, "reserved", 1)),
+    ("P606", MOVED, drop("MOVE")),
+    ("P606", MOVED, effect(0, "kind", b"motions")),
 ]
 
 # 2^28 bricks are a file of 32 GiB.

@@ -203,6 +203,7 @@ Told inspect_plan(const fs::path &path)
                                            {"constants", std::vector<double>(effect.constants, effect.constants + effect.constant_count)}});
     }
     told.as_json["hand_keyframes"] = plan.hand.size();
+    told.as_json["motion_keyframes"] = plan.moves.size();
     told.first = fmt::format("{}: plan {}, {} at {} Hz, {} effects, {}, source {}", path.filename().string(),
                              told.as_json["format"].get<std::string>(), text_of(info.device), info.rate, plan.effects.size(),
                              format_size(told.as_json["bytes"].get<std::uint64_t>()), told.as_json["source_sha256"].get<std::string>().substr(0, 12));

@@ -105,6 +105,11 @@ std::vector<PlanFact> plan_facts(const PlanFile &plan)
         }
     }
     facts.push_back({"hand", hand.empty() ? "none" : hand});
+    std::string moves;
+    for (const vxs_plan_motion &m : plan.moves) {
+        moves += fmt::format("{}static {} {} s {}", moves.empty() ? "" : "; ", m.asset, m.time, pose_text(m.position, m.orientation));
+    }
+    if (!moves.empty()) facts.push_back({"motion", moves});
     return facts;
 }
 

@@ -44,6 +44,7 @@ std::vector<std::uint8_t> plan_bytes(const PlanFile &file)
     add(VXS_PLAN_SECTION_ASST, std::span(file.assets));
     add(VXS_PLAN_SECTION_EFCT, std::span(file.effects));
     add(VXS_PLAN_SECTION_HAND, std::span(file.hand));
+    add(VXS_PLAN_SECTION_MOVE, std::span(file.moves));
     sections.push_back(make_section(VXS_SECTION_META, 1, std::span<const char>(file.meta)));
     std::vector<std::uint8_t> bytes =
         container_bytes(VXS_PLAN_MAGIC, VXS_PLAN_VERSION_MAJOR, VXS_PLAN_VERSION_MINOR, file.source_hash, sections);
@@ -66,6 +67,7 @@ PlanFile read_plan(const std::filesystem::path &path)
     out.assets.assign(view.assets, view.assets + view.asset_count);
     out.effects.assign(view.effects, view.effects + view.effect_count);
     out.hand.assign(view.hand, view.hand + view.hand_count);
+    out.moves.assign(view.moves, view.moves + view.move_count);
     out.source_hash = file.source_hash();
     out.meta = file.meta();
     return out;

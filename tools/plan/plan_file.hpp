@@ -18,6 +18,7 @@ struct PlanFile {
     std::vector<vxs_plan_asset> assets;   ///< statics, then the dynamic
     std::vector<vxs_plan_effect> effects; ///< in order of execution
     std::vector<vxs_plan_keyframe> hand;
+    std::vector<vxs_plan_motion> moves; ///< of statics; with an effect `motion`
     Sha256 source_hash{};
     std::string meta = "{}"; ///< the META section's JSON text
 };

@@ -35,8 +35,9 @@ typedef struct vxs_plan {
     uint32_t effect_count;
     const vxs_plan_effect *effects; /* in order of execution; NULL without */
     const vxs_plan_keyframe *hand;  /* of a simulated run; NULL without */
+    const vxs_plan_motion *moves;  /* of statics that move; NULL without */
     uint32_t hand_count;
-    uint32_t reserved;
+    uint32_t move_count;
 } vxs_plan;
 
 /* Why a plan cannot be loaded. */

@@ -18,7 +18,7 @@ enum {
     VXS_PLAN_MAX_STATICS = 4096,   /* P301 */
     VXS_PLAN_MAX_EFFECTS = 64,     /* P401 */
     VXS_PLAN_MAX_CONSTANTS = 24,   /* of an effect */
-    VXS_PLAN_MAX_KEYFRAMES = 1 << 16, /* P501 */
+    VXS_PLAN_MAX_KEYFRAMES = 1 << 16, /* P501, P601 */
     VXS_PLAN_NAME_SIZE = 256       /* of an asset's name, with the zero that ends it */
 };
 
@@ -42,6 +42,7 @@ enum { VXS_PLAN_MOVE_STRAIGHT = 0, VXS_PLAN_MOVE_TURN = 1 };
 #define VXS_PLAN_SECTION_ASST VXS_SECTION_ID('A', 'S', 'S', 'T') /* vxs_plan_asset: statics, then the dynamic */
 #define VXS_PLAN_SECTION_EFCT VXS_SECTION_ID('E', 'F', 'C', 'T') /* vxs_plan_effect, optional */
 #define VXS_PLAN_SECTION_HAND VXS_SECTION_ID('H', 'A', 'N', 'D') /* vxs_plan_keyframe, optional */
+#define VXS_PLAN_SECTION_MOVE VXS_SECTION_ID('M', 'O', 'V', 'E') /* vxs_plan_motion, optional */
 
 typedef struct vxs_plan_info {
     double rate; /* [Hz] */
@@ -106,6 +107,16 @@ typedef struct vxs_plan_keyframe {
     double turn_angle;       /* [rad], of a turn, else 0 */
 } vxs_plan_keyframe;
 
+/* Where a static is at a time. */
+typedef struct vxs_plan_motion {
+    double time; /* [s] */
+    double position[3];
+    double orientation[4]; /* w x y z */
+    uint32_t asset;        /* number of the static in ASST */
+    uint32_t reserved;     /* 0 */
+} vxs_plan_motion;
+
+VXS_STATIC_ASSERT(sizeof(vxs_plan_motion) == 72, "motion is 72 bytes");
 VXS_STATIC_ASSERT(sizeof(vxs_plan_info) == 384, "info is 384 bytes");
 VXS_STATIC_ASSERT(offsetof(vxs_plan_info, coupling) == 48, "layout");
 VXS_STATIC_ASSERT(offsetof(vxs_plan_info, max_force) == 112, "layout");
