@@ -40,6 +40,8 @@ class Plan(command.CommandTest):
             'area': {'contact': {'law': 'patch', 'field': 'distance', 'weighting': 'area', 'stiffness': '1e8N/m^3', 'most_stiffness': '1000N/m'},
                      'coupling': {'design': 'auto', 'assume': 'hand'}, 'device': 'sim:omega-3', 'arm': 'pen', 'rate': '2kHz'},
             'spring': {'coupling': {'kind': 'spring-damper', 'stiffness': '1N/mm', 'mass': '50g', 'damping': 0.7}},
+            'moving': {'static': [{'file': 'cup.glb'}, {'file': 'ball.stl', 'unit': 'mm', 'path': [
+                {'t': '0s', 'position': ['120mm', '40mm', '0mm']}, {'t': '0.3s', 'position': ['90mm', '40mm', '0mm'], 'rotation': [0, 1, 0, 1]}]}]},
             'still': {'coupling': {'kind': 'quasi-static', 'stiffness': '1N/mm', 'evaluations': 2}, 'guards': []},
         }.items():
             with self.subTest(name):
@@ -50,6 +52,31 @@ class Plan(command.CommandTest):
                 self.assertEqual(as_plan, self.trace(f'{name}.scene.json'))
                 self.assertEqual(as_plan, self.trace(f'{name}.scene.json', '--assets', 'made'))
                 self.run_voxshell('verify', f'made/{name}.plan', out=f'^ok made/{name}.plan plan 1.0, .* 2 of 2 assets')
+
+    def test_a_static_that_moves(self):
+        """A ball comes to a hand that rests far from the cup: nothing, then contact as the ball's path says."""
+        path = [{'t': '0s', 'position': ['160mm', '40mm', '0mm']}, {'t': '0.5s', 'position': ['120mm', '40mm', '0mm']}]
+        ball = {'file': 'ball.stl', 'unit': 'mm', 'path': path}
+        self.scene('press', static=[{'file': 'cup.glb'}, ball], hand={'path': [{'t': '0s', 'position': ['100mm', '40mm', '0mm']}]}, guards=[])
+        self.convert('press', 'a')
+        self.assertEqual(self.listing(self.path('a')), ['press.moving1.voxmap', 'press.plan', 'press.pointshell', 'press.vdb', 'press.voxmap'])
+        said = json.loads(self.run_voxshell('inspect', 'a/press.plan', '--format', 'json').stdout)
+        self.assertEqual([asset['name'] for asset in said['assets']], ['press.voxmap', 'press.moving1.voxmap', 'press.pointshell'])
+        self.assertEqual((said['motion_keyframes'], said['effects']), (2, [{'kind': 'motion', 'constants': [0.0]}]))
+        rows = self.trace('a/press.plan', '--seconds', '0.6').decode().splitlines()
+        column = rows[0].split(',').index('contacts')
+        contacts = [int(row.split(',')[column]) for row in rows[1:]]
+        # Two balls of 12 mm touch when 24 mm apart: at x = 124 mm, 0.45 s; cells of 2 mm see it up to two cells earlier.
+        first = next(n for n, count in enumerate(contacts) if count)
+        self.assertLess(abs(first - 430), 40)
+        self.refused(3, r'/static: at least one part must stand', *self.changed(static=[ball]))
+        self.refused(3, r'/static: the effect motion needs a part with a "path"', *self.changed(effects=[{'kind': 'motion'}]))
+        self.refused(3, r'/static/1/path: says itself where the part is',
+                     *self.changed(static=[{'file': 'cup.glb'}, {**ball, 'pose': {'position': ['0m', '0m', '0m']}}]))
+
+    def changed(self, **changes):
+        self.scene('other', **changes)
+        return 'other.scene.json', '-o', 'other', '-q'
 
     def test_same_bytes(self):
         self.convert('press', 'one', '-j1')

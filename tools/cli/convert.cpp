@@ -205,13 +205,18 @@ class Convert {
         const SceneGeometry geometry = read_geometry(scene);
         const SceneParts parts = convert_scene(scene, geometry, options, *progress_);
         const Bytes plan = plan_of(scene, geometry, parts);
-        write(input, scene.voxel,
-              {{parts.statics.name, geometry.statics.source_hash, parts.statics},
-               {parts.dynamic.name, geometry.dynamic.source_hash, parts.dynamic}},
-              parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell, plan);
+        std::vector<Made> made{{parts.statics.name, geometry.statics.source_hash, parts.statics},
+                               {parts.dynamic.name, geometry.dynamic.source_hash, parts.dynamic}};
+        std::vector<std::pair<std::string, const Bytes *>> more{{".plan", &plan}};
+        for (std::size_t n = 0; n < parts.moving.size(); ++n) {
+            made.push_back({parts.moving[n].name, geometry.moving[n].source_hash, parts.moving[n]});
+            more.emplace_back(moving_ending(n), &parts.moving[n].voxmap);
+        }
+        write(input, scene.voxel, made, parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell, more);
         if (!o_.explain || o_.json) return;
         fmt::print("why each byte is there:\n");
         explain_asset(scene, input.name + ".voxmap", parts.statics.voxmap);
+        for (std::size_t n = 0; n < parts.moving.size(); ++n) explain_asset(scene, input.name + moving_ending(n), parts.moving[n].voxmap);
         explain_asset(scene, input.name + ".pointshell", parts.dynamic.pointshell);
         explain_asset(scene, input.name + ".plan", plan);
         fmt::print("  {:<24}      {:>12} bytes  people and other programs: no run reads it\n", input.name + ".vdb",
@@ -225,14 +230,14 @@ class Convert {
         const Part &part;
     };
 
-    void write(const Input &input, double voxel, std::initializer_list<Made> made, const Bytes &vdb,
-               const Bytes &voxmap, const Bytes &pointshell, const Bytes &plan = {})
+    void write(const Input &input, double voxel, const std::vector<Made> &made, const Bytes &vdb,
+               const Bytes &voxmap, const Bytes &pointshell, const std::vector<std::pair<std::string, const Bytes *>> &more = {})
     {
         Outputs outputs(o_.force);
         const fs::path base = fs::path(o_.folder) / input.name;
-        std::vector<std::pair<const char *, const Bytes *>> files{
+        std::vector<std::pair<std::string, const Bytes *>> files{
             {".vdb", &vdb}, {".voxmap", &voxmap}, {".pointshell", &pointshell}};
-        if (!plan.empty()) files.emplace_back(".plan", &plan);
+        files.insert(files.end(), more.begin(), more.end());
         for (const auto &[ending, bytes] : files) outputs.add(base.string() + ending, *bytes, progress_.get());
         progress_->check(); // the last chance: from here on the files are there
         outputs.commit();
@@ -244,10 +249,10 @@ class Convert {
             if (!o_.json) tell(label, part, voxel);
         }
         for (const auto &[ending, bytes] : files) report_.output(base.string() + ending, *bytes);
-        if (!o_.json)
-            fmt::print("  wrote   {}.vdb ({}), .voxmap ({}), .pointshell ({}){}\n", base.string(),
-                       format_size(vdb.size()), format_size(voxmap.size()), format_size(pointshell.size()),
-                       plan.empty() ? "" : ", .plan (" + format_size(plan.size()) + ")");
+        std::string wrote;
+        for (const auto &[ending, bytes] : files)
+            wrote += fmt::format("{}{} ({})", wrote.empty() ? base.string() : ", ", ending, format_size(bytes->size()));
+        if (!o_.json) fmt::print("  wrote   {}\n", wrote);
         std::fflush(stdout);
     }
 
@@ -310,6 +315,7 @@ class Convert {
         check_scene(scene);
         const SceneGeometry geometry = read_geometry(scene);
         foresee(input, input.name + "/static", geometry.statics, scene.voxel);
+        for (const Scene &goes : geometry.moving) foresee(input, input.name + "/moving", goes, scene.voxel);
         foresee(input, input.name + "/dynamic", geometry.dynamic, scene.voxel);
     }
 

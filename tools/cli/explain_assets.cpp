@@ -51,6 +51,7 @@ std::string reader(const SceneFile &scene, std::uint32_t id)
     case VXS_PLAN_SECTION_PLAN: return "the servo's config";
     case VXS_PLAN_SECTION_ASST: return "which assets, and that they are these";
     case VXS_PLAN_SECTION_EFCT: return fmt::format("the {} effects that the scene asks for", scene.effects.size());
+    case VXS_PLAN_SECTION_MOVE: return "the effect motion";
     case VXS_PLAN_SECTION_HAND: return "the hand of a simulated run";
     case VXS_SECTION_META: return "people";
     default: return "";

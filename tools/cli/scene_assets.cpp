@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path path_of(const fs::path &folder, const SceneFile &scene, const char *ending)
+fs::path path_of(const fs::path &folder, const SceneFile &scene, const std::string &ending)
 {
     return folder / (scene_name(scene.path) + ending);
 }
@@ -22,7 +22,7 @@ std::string remedy(const SceneFile &scene, const fs::path &folder)
     return fmt::format("; run voxshell convert {} -o {} --force", scene.path.string(), folder.string());
 }
 
-std::unique_ptr<AssetFile> open(const fs::path &folder, const SceneFile &scene, const char *ending,
+std::unique_ptr<AssetFile> open(const fs::path &folder, const SceneFile &scene, const std::string &ending,
                                 std::uint32_t kind, const Scene &geometry)
 {
     const fs::path path = path_of(folder, scene, ending);
@@ -34,7 +34,7 @@ std::unique_ptr<AssetFile> open(const fs::path &folder, const SceneFile &scene, 
     return file;
 }
 
-void check_voxel(const SceneFile &scene, const fs::path &folder, const char *ending, double voxel)
+void check_voxel(const SceneFile &scene, const fs::path &folder, const std::string &ending, double voxel)
 {
     if (voxel != scene.voxel) {
         throw Failure(ExitCode::invalid, path_of(folder, scene, ending).string(),
@@ -60,15 +60,40 @@ SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::
         Outputs outputs(false);
         outputs.add(folder / (scene_name(scene.path) + ".voxmap"), parts.statics.voxmap);
         outputs.add(folder / (scene_name(scene.path) + ".pointshell"), parts.dynamic.pointshell);
+        for (std::size_t n = 0; n < parts.moving.size(); ++n) outputs.add(folder / (scene_name(scene.path) + moving_ending(n)), parts.moving[n].voxmap);
         outputs.commit();
     }
     mass = scene_mass(scene, geometry.dynamic);
-    voxmap_ = open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics);
+    name_ = scene_name(scene.path);
+    voxmaps_.push_back(open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics));
+    for (std::size_t n = 0; n < geometry.moving.size(); ++n) voxmaps_.push_back(open(folder, scene, moving_ending(n), VXS_ASSET_VOXMAP, geometry.moving[n]));
     pointshell_ = open(folder, scene, ".pointshell", VXS_ASSET_POINTSHELL, geometry.dynamic);
-    vxs_voxmap_open(&voxmap_->asset(), &map);
+    vxs_voxmap_open(&voxmaps_[0]->asset(), &map);
     vxs_pointshell_open(&pointshell_->asset(), &shell);
     check_voxel(scene, folder, ".voxmap", map.voxel);
     check_voxel(scene, folder, ".pointshell", shell.voxel);
+}
+
+std::vector<PlannedAsset> SceneAssets::statics() const
+{
+    std::vector<PlannedAsset> named;
+    for (const auto &file : voxmaps_) {
+        named.push_back({name_ + (named.empty() ? ".voxmap" : moving_ending(named.size() - 1)), file->content_hash()});
+    }
+    return named;
+}
+
+PlannedAsset SceneAssets::dynamic() const
+{
+    return {name_ + ".pointshell", pointshell_->content_hash()};
+}
+
+std::vector<vxs_asset> SceneAssets::all() const
+{
+    std::vector<vxs_asset> open;
+    for (const auto &file : voxmaps_) open.push_back(file->asset());
+    open.push_back(pointshell_->asset());
+    return open;
 }
 
 PlanAssets::PlanAssets(const PlanFile &plan, const fs::path &folder)

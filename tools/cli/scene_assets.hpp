@@ -30,12 +30,15 @@ class SceneAssets {
     vxs_voxmap map{};
     vxs_pointshell shell{};
     std::optional<MassProperties> mass; ///< scene_mass()
-    const AssetFile &statics() const { return *voxmap_; }
-    const AssetFile &dynamic() const { return *pointshell_; }
+    std::vector<PlannedAsset> statics() const; ///< as scene_plan() takes them
+    PlannedAsset dynamic() const;
+    std::vector<vxs_asset> all() const; ///< statics, then the dynamic: a plan's order
 
   private:
     std::unique_ptr<TemporaryFolder> made_; // outlives the open files
-    std::unique_ptr<AssetFile> voxmap_, pointshell_;
+    std::string name_;
+    std::vector<std::unique_ptr<AssetFile>> voxmaps_; ///< of what stands, then of each part with a path
+    std::unique_ptr<AssetFile> pointshell_;
 };
 
 /// The files that a plan names, in its order.

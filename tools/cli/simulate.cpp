@@ -189,9 +189,8 @@ void plan_scene(const SimulateOptions &o, Progress &progress, Given &given)
     if (o.device.empty()) check_scene(scene);
     given.name = scene_name(scene.path);
     const SceneAssets &assets = given.of_scene.emplace(scene, o.assets, o.max_memory.value_or(0), progress);
-    given.assets = {assets.statics().asset(), assets.dynamic().asset()};
-    given.plan = scene_plan(scene, o.device.empty() ? scene.device : o.device, {given.name + ".voxmap", assets.statics().content_hash()},
-                            {given.name + ".pointshell", assets.dynamic().content_hash()}, scene_contact(scene, assets.map, assets.shell), assets.mass);
+    given.assets = assets.all();
+    given.plan = scene_plan(scene, o.device.empty() ? scene.device : o.device, assets.statics(), assets.dynamic(), scene_contact(scene, assets.map, assets.shell), assets.mass);
 }
 
 ExitCode simulate(const SimulateOptions &o)

@@ -130,10 +130,23 @@ std::string scene_name(const std::filesystem::path &path)
     return name.substr(0, name.rfind(".scene.json"));
 }
 
+std::string moving_ending(std::size_t n)
+{
+    return fmt::format(".moving{}.voxmap", n + 1);
+}
+
 SceneGeometry read_geometry(const SceneFile &scene)
 {
     const std::string name = scene_name(scene.path);
-    return {gather(name, scene.statics), gather(name, {scene.dynamic})};
+    SceneGeometry geometry;
+    std::vector<ScenePart> still;
+    for (const ScenePart &part : scene.statics) {
+        if (part.path.empty()) still.push_back(part);
+        else geometry.moving.push_back(gather(name, {part}));
+    }
+    geometry.statics = gather(name, still);
+    geometry.dynamic = gather(name, {scene.dynamic});
+    return geometry;
 }
 
 SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, const PartOptions &options,
@@ -158,7 +171,12 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     moving.channels = {}; // its map is not written, nor is the shell of what stands
     with_voxel.shell_spacing = with_voxel.thin_shell = 0;
     SceneParts parts{convert_part(geometry.statics, with_voxel, progress),
-                     convert_part(geometry.dynamic, moving, progress)};
+                     convert_part(geometry.dynamic, moving, progress),
+                     {}};
+    for (const Scene &goes : geometry.moving) {
+        parts.moving.push_back(convert_part(goes, with_voxel, progress));
+        parts.moving.back().name += fmt::format("/moving{}", parts.moving.size());
+    }
     parts.statics.name += "/static";
     parts.dynamic.name += "/dynamic";
     return parts;
@@ -179,7 +197,9 @@ std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &g
     };
     const SceneContact contact{[&] { return open(), contact_stiffness(scene, map, shell); },
                                [&] { return open(), pushes(scene, map, shell); }};
-    PlanFile plan = scene_plan(scene, scene.device, planned(name + ".voxmap", parts.statics.voxmap),
+    std::vector<PlannedAsset> statics{planned(name + ".voxmap", parts.statics.voxmap)};
+    for (std::size_t n = 0; n < parts.moving.size(); ++n) statics.push_back(planned(name + moving_ending(n), parts.moving[n].voxmap));
+    PlanFile plan = scene_plan(scene, scene.device, statics,
                                planned(name + ".pointshell", parts.dynamic.pointshell), contact, scene_mass(scene, geometry.dynamic));
     plan.source_hash = scene.source_hash;
     plan.meta = nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}}.dump();

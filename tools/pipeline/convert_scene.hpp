@@ -12,16 +12,21 @@ namespace voxshell {
 /// axis (0 y, 1 z), position and rotation; as little-endian doubles. So assets fit a scene exactly if these do.
 struct SceneGeometry {
     Scene statics, dynamic;
+    std::vector<Scene> moving; ///< parts with a path, each in its own frame
 };
 
 /// NAME of NAME.scene.json: what its assets are called.
 std::string scene_name(const std::filesystem::path &path);
+
+/// Ending of the map of moving part n: ".moving1.voxmap" for 0.
+std::string moving_ending(std::size_t n);
 
 SceneGeometry read_geometry(const SceneFile &scene);
 
 struct SceneParts {
     Part statics; ///< vdb and voxmap are the scene's
     Part dynamic; ///< pointshell is the scene's
+    std::vector<Part> moving; ///< voxmap: of a part with a path
 };
 
 /// convert_part() for both halves, with the scene's voxel and the channels that its field and its effects read; named NAME/static and NAME/dynamic. `options` says the rest.

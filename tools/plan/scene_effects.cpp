@@ -85,7 +85,12 @@ std::vector<vxs_effect> scene_effects(const SceneFile &scene, const EffectContex
         for (const auto &each : needs) {
             if (each.kind == kind && each.resolve) each.resolve(*said, context, effect);
         }
-        if (const vxs_result checked = vxs_effect_check(&effect); checked != VXS_OK) {
+        static const vxs_effect_keyframe somewhere{0, vxs_pose_identity(), 0, 0};
+        const bool goes = kind == VXS_EFFECT_MOTION; // its keyframes are the plan's
+        if (goes) effect.keyframes = &somewhere, effect.keyframe_count = 1;
+        const vxs_result checked = vxs_effect_check(&effect);
+        if (goes) effect.keyframes = nullptr, effect.keyframe_count = 0;
+        if (checked != VXS_OK) {
             throw Failure(ExitCode::invalid, scene.path.string(), said->place + ": " + vxs_result_text(checked));
         }
         effects.push_back(effect);

@@ -120,6 +120,24 @@ vxs_simulated_config device_of(const SceneFile &scene, const std::string &name)
     return config;
 }
 
+/// Of the maps after the first.
+std::vector<vxs_plan_motion> moves_of(const SceneFile &scene)
+{
+    std::vector<vxs_plan_motion> moves;
+    std::uint32_t map = 0;
+    for (const ScenePart &part : scene.statics) {
+        if (part.path.empty()) continue;
+        ++map;
+        for (const ScenePart::Stop &stop : part.path) {
+            vxs_plan_motion &move = moves.emplace_back();
+            move.time = stop.t;
+            put_pose(as_runtime(stop.pose), move.position, move.orientation);
+            move.asset = map;
+        }
+    }
+    return moves;
+}
+
 Point point(const double v[3])
 {
     return {v[0], v[1], v[2]};
@@ -127,7 +145,7 @@ Point point(const double v[3])
 
 } // namespace
 
-PlanFile scene_plan(const SceneFile &scene, const std::string &device, const PlannedAsset &statics, const PlannedAsset &dynamic,
+PlanFile scene_plan(const SceneFile &scene, const std::string &device, std::span<const PlannedAsset> statics, const PlannedAsset &dynamic,
                     const SceneContact &contact, const std::optional<MassProperties> &mass)
 {
     const vxs_simulated_config simulated = device_of(scene, device);
@@ -142,7 +160,9 @@ PlanFile scene_plan(const SceneFile &scene, const std::string &device, const Pla
     put_servo(caps, info);
     put_text(info.device, device);
     put_text(info.arm, scene.arm);
-    plan.assets = {planned(VXS_PLAN_ROLE_STATIC, statics), planned(VXS_PLAN_ROLE_DYNAMIC, dynamic)};
+    for (const PlannedAsset &each : statics) plan.assets.push_back(planned(VXS_PLAN_ROLE_STATIC, each));
+    plan.assets.push_back(planned(VXS_PLAN_ROLE_DYNAMIC, dynamic));
+    plan.moves = moves_of(scene);
     for (const vxs_effect &effect : scene_effects(scene, {caps, mass ? &*mass : nullptr})) plan.effects.push_back(planned(effect));
     for (const HandPath::Keyframe &keyframe : scene.hand.keyframes) plan.hand.push_back(planned(keyframe));
     return plan;

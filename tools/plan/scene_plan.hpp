@@ -18,9 +18,9 @@ struct PlannedAsset {
     Sha256 content_hash{};
 };
 
-/// device: "sim:NAME". contact: asked where the coupling is to be designed. source_hash and meta are the caller's. Throws Failure:
+/// device: "sim:NAME". statics: the map of all that stands, then one for each part with a path, in their order. contact: asked where the coupling is to be designed. source_hash and meta are the caller's. Throws Failure:
 /// usage (no such device), invalid (with the place in the scene), requirement (a design that is unstable with an arm that counts).
-PlanFile scene_plan(const SceneFile &scene, const std::string &device, const PlannedAsset &statics, const PlannedAsset &dynamic,
+PlanFile scene_plan(const SceneFile &scene, const std::string &device, std::span<const PlannedAsset> statics, const PlannedAsset &dynamic,
                     const SceneContact &contact, const std::optional<MassProperties> &mass);
 
 /// What the object of a scene weighs, if an effect asks: of what moves, in the frame of its shell. Throws as mass_properties().

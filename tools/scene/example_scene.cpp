@@ -21,6 +21,7 @@ constexpr const char *above = R"(// A scene: what stands, what moves, how contac
   "static": [{
     "file": "cup.glb",                           // .glb .gltf .stl, inside this file's folder
     "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}   // quaternion x y z w
+    // "path": [{"t": "0s", "position": [...]}, {"t": "1s", "position": [...], "rotation": [...]}]   in place of a pose: it moves
   }],
 
   // * What moves with the device: exactly one part.

@@ -72,7 +72,7 @@ bool has_ending(const std::filesystem::path &name, std::string_view ending)
 ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool moves)
 {
     std::vector<std::string_view> keys{"file", "unit", "up", "pose"};
-    if (moves) keys.push_back("density");
+    keys.push_back(moves ? "density" : "path");
     const JsonObject object(at, keys);
     ScenePart result;
     const JsonPlace file = object.get("file");
@@ -96,6 +96,18 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool mo
     }
     if (is_stl && !result.import.unit) {
         at.refuse("lacks \"unit\": an STL file has none; say \"unit\": \"mm\"");
+    }
+    if (const auto path = object.find("path")) {
+        if (object.find("pose")) path->refuse("says itself where the part is: leave out pose or path");
+        for (const JsonPlace &item : path->items(1, 1 << 14)) {
+            const JsonObject fields(item, {"t", "position", "rotation"});
+            const JsonPlace time = fields.get("t");
+            const double t = time.quantity(Dimension::time);
+            if (t < 0 || (!result.path.empty() && t <= result.path.back().t)) {
+                time.refuse("must be later than the one before it, and not before 0s");
+            }
+            result.path.push_back({t + 0.0, {lengths(fields.get("position")), rotation(fields)}});
+        }
     }
     if (const auto density = object.find("density")) {
         result.density = positive(*density, Dimension::density);
@@ -249,6 +261,24 @@ Point turned(const HandPath::Keyframe::Turn &turn, const Point &from, double sha
     return {turn.about[0] + arm[0], turn.about[1] + arm[1], turn.about[2] + arm[2]};
 }
 
+/// A path is what asks for the effect motion; the list of effects may say more of it.
+void ask_for_motion(const JsonPlace &statics, SceneFile &scene)
+{
+    const auto goes = [](const ScenePart &part) { return !part.path.empty(); };
+    const auto asked = std::ranges::find(scene.effects, std::uint32_t{VXS_EFFECT_MOTION}, [](const SceneEffect &e) { return e.effect.kind; });
+    if (std::ranges::none_of(scene.statics, goes)) {
+        if (asked != scene.effects.end()) statics.refuse("the effect motion needs a part with a \"path\"");
+        return;
+    }
+    if (std::ranges::all_of(scene.statics, goes)) statics.refuse("at least one part must stand: one without a \"path\"");
+    if (asked == scene.effects.end()) {
+        SceneEffect motion;
+        motion.place = statics.pointer();
+        vxs_effect_default(VXS_EFFECT_MOTION, &motion.effect);
+        scene.effects.push_back(motion);
+    }
+}
+
 HandPath hand(const JsonPlace &at)
 {
     const JsonObject object(at, {"path"});
@@ -358,6 +388,7 @@ SceneFile read_scene(const std::filesystem::path &path)
         coupling(*found, scene);
     }
     scene.effects = read_effects(object.find("guards"), object.find("effects"));
+    ask_for_motion(object.get("static"), scene);
     if (const auto found = object.find("device")) {
         scene.device = found->string("a device, as sim:phantom-premium-1.5");
     }

@@ -7,6 +7,8 @@
 //     "static":  [{"file": "cup.glb",                  relative, inside the scene's own folder
 //                  "unit": "mm", "up": "z",            STL only / where the file is Z-up
 //                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in glTF
+//         "path": [{"t": "0s", "position": [..]}, {"t": "1s", "position": [..], "rotation": [..]}] in place of a pose: the part moves
+//           (effect motion, effect.h), and has a map of its own; at least one part has none
 //     "dynamic": [{"file": "sphere.glb",               exactly one
 //                  "density": "1g/cm^3"}],             for effects that ask what it weighs: mass, com and inertia that they do not say
 //     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
@@ -67,6 +69,11 @@ struct ScenePart {
     ImportOptions import;
     Pose pose; ///< scene from part
     double density = 0; ///< of what moves [kg/m^3]; 0: not said
+    struct Stop {
+        double t; ///< [s], ascending
+        Pose pose;
+    };
+    std::vector<Stop> path; ///< of what stands: where it goes; empty: nowhere
 };
 
 /// Where the hand is, over time: straight lines and arcs from one keyframe to the next, constant before the first

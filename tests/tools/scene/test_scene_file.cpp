@@ -261,8 +261,11 @@ TEST_CASE("a scene can say each constant of each kind, by default value, and not
                 const std::string said = is_vector ? fmt::format("[{}, {}, {}]", value(x, c), value(constants[c + 1].standard, c + 1),
                                                                  value(constants[c + 2].standard, c + 2))
                                                    : value(x, c);
-                return with("\"hand\"", fmt::format(R"("{}": [{{"kind": "{}", "{}": {}}}], "hand")", list, name,
-                                                    is_vector ? key.substr(0, key.size() - 2) : key, said));
+                std::string text = with("\"hand\"", fmt::format(R"("{}": [{{"kind": "{}", "{}": {}}}], "hand")", list, name,
+                                                                is_vector ? key.substr(0, key.size() - 2) : key, said));
+                const std::string still = R"({"file": "cup.glb"})";
+                const std::string goes = R"(, {"file": "a.glb", "path": [{"t": "0s", "position": ["0m", "0m", "0m"]}]})";
+                return kind == VXS_EFFECT_MOTION ? text.insert(text.find(still) + still.size(), goes) : text;
             };
             const SceneFile read_back = read(scene(constants[c].standard));
             const SceneEffect &effect = read_back.effects.back();
