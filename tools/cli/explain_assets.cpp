@@ -37,7 +37,8 @@ std::string reader(const SceneFile &scene, std::uint32_t id)
     case VXS_VOXMAP_SECTION_DIST: return distance_readers(scene);
     case VXS_VOXMAP_SECTION_CLRX:
     case VXS_VOXMAP_SECTION_CLRV:
-    case VXS_VOXMAP_SECTION_CLRC: return "contact: which points need no look";
+    case VXS_VOXMAP_SECTION_CLRC:
+    case VXS_VOXMAP_SECTION_CLRP: return "contact: which points need no look";
     case VXS_POINTSHELL_SECTION_SHEL: return "contact: how many points there are";
     case VXS_POINTSHELL_SECTION_POSX:
     case VXS_POINTSHELL_SECTION_POSY:

@@ -225,7 +225,8 @@ LoopRun run_loop(const RunKey &key, const OpenPart &stands, const OpenPart &move
     if (key.how().coupled.bounded) {
         scene.most_stiffness = run.bound = carried(device, scene_coupling(scene, device, {}).config) / 2; // of a pt2 that is given
     }
-    const PlanFile plan = scene_plan(scene, scene.device, planned(stands.map_file(), "stands.voxmap"), planned(moves.shell_file(), "moves.pointshell"),
+    const PlannedAsset standing = planned(stands.map_file(), "stands.voxmap");
+    const PlanFile plan = scene_plan(scene, scene.device, std::span(&standing, 1), planned(moves.shell_file(), "moves.pointshell"),
                                      scene_contact(scene, stands.map, moves.shell), {});
     const vxs_asset assets[] = {stands.map_file(), moves.shell_file()};
     const PlannedServo loop(plan, assets, scenario.id);
