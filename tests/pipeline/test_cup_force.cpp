@@ -270,8 +270,8 @@ TEST_CASE("60 s on the simulated Phantom: no NaN, no missed state, the same trac
 
     Progress silent;
     const Assets &open = assets();
-    const PlanFile plan = scene_plan(scene, scene.device, {"cup.voxmap", open.map_file->content_hash()},
-                                     {"sphere.pointshell", open.shell_file->content_hash()}, {}, {});
+    const PlannedAsset standing[] = {{"cup.voxmap", open.map_file->content_hash()}};
+    const PlanFile plan = scene_plan(scene, scene.device, standing, {"sphere.pointshell", open.shell_file->content_hash()}, {}, {});
     const vxs_asset of_plan[] = {open.map_file->asset(), open.shell_file->asset()};
     const PlannedServo planned(plan, of_plan, "cup");
     const RunOptions options{60, false, true};
