@@ -64,7 +64,8 @@ static void check_formula(void)
     bench_open(&b);
     /* The shell's lowest point, as stored. */
     double lowest = 0;
-    for (uint32_t n = 0; n < b.shell.point_count; n++) lowest = fmin(lowest, (double)b.shell.y[n]);
+    for (uint32_t n = 0; n < b.shell.point_count; n++)
+        if ((double)b.shell.y[n] < lowest) lowest = (double)b.shell.y[n];
     const double steps[] = {-2e-5, -1e-4, 3e-5, -5e-5};
     double height = 0.0172;
     int braked = 0;
