@@ -62,7 +62,7 @@ class Plan(command.CommandTest):
         self.assertEqual(self.listing(self.path('a')), ['press.moving1.voxmap', 'press.plan', 'press.pointshell', 'press.vdb', 'press.voxmap'])
         said = json.loads(self.run_voxshell('inspect', 'a/press.plan', '--format', 'json').stdout)
         self.assertEqual([asset['name'] for asset in said['assets']], ['press.voxmap', 'press.moving1.voxmap', 'press.pointshell'])
-        self.assertEqual((said['motion_keyframes'], said['effects']), (2, [{'kind': 'motion', 'constants': [0.0]}]))
+        self.assertEqual((said['motion_keyframes'], said['effects']), (2, [{'kind': 'motion', 'constants': [0.0]}, {'kind': 'torque', 'constants': []}]))
         rows = self.trace('a/press.plan', '--seconds', '0.6').decode().splitlines()
         column = rows[0].split(',').index('contacts')
         contacts = [int(row.split(',')[column]) for row in rows[1:]]
