@@ -14,9 +14,26 @@
 /* Below this length a mean of unit normals says nothing about a direction (METHOD section 3). */
 static const double cancelled_mean = 0.1;
 
+/* A law: where the hits' directions come from (contact.h). */
+typedef struct law {
+    uint8_t exists;
+    uint8_t is_sampled; /* from the gradient of the field distance, else the shell's normals */
+    uint8_t is_common;  /* one mean for all, unless it cancels */
+    uint8_t splits;     /* one mean a patch */
+} law;
+enum { NEVER, WITHOUT_MEAN, ALWAYS };
+
+static const law laws[] = {
+    [VXS_CONTACT_ORIGINAL] = {1, .splits = NEVER},
+    [VXS_CONTACT_AVERAGE] = {1, .is_common = 1, .splits = WITHOUT_MEAN},
+    [VXS_CONTACT_GRADIENT] = {1, .is_sampled = 1, .splits = NEVER},
+    [VXS_CONTACT_PATCH] = {1, .splits = ALWAYS},
+};
+
 typedef struct evaluation {
     vxs_contact *contact;
     const vxs_contact_config *config;
+    const law *law;
     uint32_t count;             /* statics */
     double touching;            /* hits that collide */
     double force[3], moment[3]; /* per unit of stiffness, shell frame */
@@ -267,10 +284,10 @@ vxs_result vxs_contact_config_check(const vxs_contact_config *config)
 {
     if (!config) return VXS_PARAM;
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
-    if (config->law < VXS_CONTACT_ORIGINAL || config->law > VXS_CONTACT_PATCH) return VXS_PARAM;
+    if (config->law >= sizeof laws / sizeof *laws || !laws[config->law].exists) return VXS_PARAM;
     if (config->field < VXS_CONTACT_SURFACE || config->field > VXS_CONTACT_DISTANCE) return VXS_PARAM;
     if (config->weighting < VXS_CONTACT_COUNT || config->weighting > VXS_CONTACT_AREA) return VXS_PARAM;
-    if (config->law == VXS_CONTACT_GRADIENT && config->field != VXS_CONTACT_DISTANCE) return VXS_LAW_FIELD;
+    if (laws[config->law].is_sampled && config->field != VXS_CONTACT_DISTANCE) return VXS_LAW_FIELD;
     if (config->most_points && config->weighting != VXS_CONTACT_AREA) return VXS_PARAM;
     for (int i = 0; i < 3; i++) {
         if (!isfinite(config->reference[i])) return VXS_PARAM;
@@ -296,18 +313,18 @@ int vxs_contact_has_field(const vxs_voxmap *map, uint32_t field)
 /* What the probe must keep for the law and field. */
 static uint32_t take_of(const vxs_contact_config *config)
 {
-    return (config->law == VXS_CONTACT_GRADIENT && !config->loads ? 0 : VXSI_TAKE_NORMAL) |
+    return (laws[config->law].is_sampled && !config->loads ? 0 : VXSI_TAKE_NORMAL) |
            (config->field == VXS_CONTACT_SURFACE ? 0 : VXSI_TAKE_INTERIOR) |
            (config->weighting == VXS_CONTACT_AREA ? VXSI_TAKE_AREA : 0);
 }
 
-/* Depths from the field's channel; with the law gradient normals too. */
+/* Depths from the field's channel, and normals if the law takes them from there. */
 static void sample(evaluation *e, const vxs_contact_static *statics, vxs_contact_result *result)
 {
     for (uint32_t n = 0; n < e->count; n++)
-        result->deep_points += e->contact->kernel->sample(
-            statics[n].map, e->config->field == VXS_CONTACT_LAYERS, e->config->law == VXS_CONTACT_GRADIENT,
-            &e->contact->statics[n].span, &e->contact->hits);
+        result->deep_points +=
+            e->contact->kernel->sample(statics[n].map, e->config->field == VXS_CONTACT_LAYERS,
+                                       e->law->is_sampled, &e->contact->statics[n].span, &e->contact->hits);
 }
 
 uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
@@ -318,6 +335,7 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     evaluation e = {.contact = contact, .config = config, .count = count};
     double turn[9];
     if (vxs_contact_config_check(config) != VXS_OK) return result->flags = VXS_CONTACT_INVALID;
+    e.law = &laws[config->law];
     if (config->loads) config->loads->count = 0;
     if (count > contact->static_capacity || (config->most_points && !contact->has_levels) ||
         !vxs_pose_rotation(pose, turn))
@@ -352,9 +370,9 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     if (e.touching == 0) return result->flags;
     result->points = (uint32_t)e.touching;
     result->patches = 1;
-    int is_common = config->law == VXS_CONTACT_AVERAGE && has_mean;
-    if (config->law == VXS_CONTACT_PATCH || (config->law == VXS_CONTACT_AVERAGE && !has_mean)) {
-        if (config->law == VXS_CONTACT_AVERAGE) result->flags |= VXS_CONTACT_MEAN_CANCELLED;
+    int is_common = e.law->is_common && has_mean;
+    if (e.law->splits == ALWAYS || (e.law->splits == WITHOUT_MEAN && !has_mean)) {
+        if (e.law->splits == WITHOUT_MEAN) result->flags |= VXS_CONTACT_MEAN_CANCELLED;
         result->patches = vxsi_split_patches(hits, config->field);
         is_common = result->patches == 1;
     }
