@@ -202,7 +202,7 @@ def page(data):
         '# The contact engine beside its peers', '',
         f"{data['machine']}; {data['compiler']}; one thread; {data['date']}; load before {data['load'][0]:.1f}, after {data['load'][1]:.1f}{nice}. "
         f"{data['rounds']} rounds, the programs taking turns.", '',
-        'Ours is compiled as shipped: kernels -O3, the rest of the tick -O2, -ffp-contract=off, no -march, the kernel chosen at run time. Peers that a user would compile (dense, OpenVDB, '
+        'Ours is compiled as shipped: kernels -O3, the rest of the tick -O2 or -Os, -ffp-contract=off, no -march, the kernel chosen at run time. Peers that a user would compile (dense, OpenVDB, '
         'NanoVDB) get -O3 -march=x86-64-v3 and fused multiply-add; FCL, Bullet and Coal are as packaged. `tests/bench/contact.py` makes this page and says how times are taken: '
         "a pose's time is the least of all rounds, percentiles are over the 1000 poses; \"as it came\" counts every tick. Ticks from 0.1 ms on are in the thread's own processor time, shorter ones by the clock.", '',
         data.get('note', ''), '',
