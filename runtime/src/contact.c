@@ -7,6 +7,7 @@
  * nothing but what its pose has lost already. Sums are in the shell's frame and turned once.
  */
 #include "contact_state.h"
+#include "vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -40,32 +41,6 @@ typedef struct evaluation {
     double depth;
 } evaluation;
 
-static double dot(const double a[3], const double b[3])
-{
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        out[i] = a[j] * b[k] - a[k] * b[j];
-    }
-}
-
-static void rotate(const double r[9], const double v[3], double out[3])
-{
-    double turned[3] = {dot(r, v), dot(r + 3, v), dot(r + 6, v)};
-    memcpy(out, turned, sizeof turned);
-}
-
-static void rotate_back(const double r[9], const double v[3], double out[3])
-{
-    double turned[3];
-    for (int i = 0; i < 3; i++) turned[i] = (r[i] * v[0] + r[3 + i] * v[1]) + r[6 + i] * v[2];
-    memcpy(out, turned, sizeof turned);
-}
-
 /* inverse(map_pose) o pose, then to the box's corner. Returns 0 for a bad pose. */
 static int place_shell(const vxs_contact_static *at, const double turn[9], const vxs_pose *pose,
                        vxsi_placement *place)
@@ -77,7 +52,7 @@ static int place_shell(const vxs_contact_static *at, const double turn[9], const
         double map_rotation[9];
         if (!vxs_pose_rotation(at->pose, map_rotation)) return 0;
         for (int i = 0; i < 3; i++) offset[i] -= at->pose->position[i];
-        rotate_back(map_rotation, offset, offset);
+        vxsi_rotate_back(map_rotation, offset, offset);
         for (int row = 0; row < 3; row++) {
             for (int column = 0; column < 3; column++) {
                 place->rotation[3 * row + column] =
@@ -95,7 +70,7 @@ static int place_shell(const vxs_contact_static *at, const double turn[9], const
 static int meets_box(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_placement *place)
 {
     double center[3], outside = 0, scale = 0;
-    rotate(place->rotation, shell->center, center);
+    vxsi_rotate(place->rotation, shell->center, center);
     for (int i = 0; i < 3; i++) {
         center[i] = (center[i] + place->offset[i]) / map->voxel;
         double extent = map->cells[i];
@@ -140,7 +115,7 @@ static int mean_normal(evaluation *e, double normal[3])
         for (int i = 0; i < 3; i++) sum[i] += own[i];
         e->touching += number;
     }
-    double length = sqrt(dot(sum, sum));
+    double length = sqrt(vxsi_dot(sum, sum));
     if (!(length >= cancelled_mean * e->touching) || e->touching == 0) return 0;
     for (int i = 0; i < 3; i++) normal[i] = sum[i] / length;
     return 1;
@@ -162,8 +137,8 @@ static void scale_parts(evaluation *e, const double turn[9], double factor)
             part->force[i] *= factor;
             part->torque[i] *= factor;
         }
-        rotate(turn, part->force, part->force);
-        rotate(turn, part->torque, part->torque);
+        vxsi_rotate(turn, part->force, part->force);
+        vxsi_rotate(turn, part->torque, part->torque);
     }
 }
 
@@ -187,12 +162,12 @@ static void add_common(evaluation *e, const double normal[3])
                 arm[i] = total.moment[i] - total.weight * e->config->reference[i];
                 force[i] = total.weight * normal[i];
             }
-            cross(arm, normal, torque);
+            vxsi_cross(arm, normal, torque);
             keep_part(e, n, force, torque);
         }
     }
     for (int i = 0; i < 3; i++) arm[i] = moment[i] - weight * e->config->reference[i];
-    cross(arm, normal, torque);
+    vxsi_cross(arm, normal, torque);
     for (int i = 0; i < 3; i++) {
         e->force[i] += weight * normal[i];
         e->moment[i] += torque[i];
@@ -268,9 +243,9 @@ static void give_wrench(evaluation *e, const double turn[9], const double *commo
         }
         vxsi_gather_loads(e->contact, e->config, e->count, factor, turn);
     }
-    rotate(turn, result->wrench.force, result->wrench.force);
-    rotate(turn, result->wrench.torque, result->wrench.torque);
-    rotate(turn, result->normal, result->normal);
+    vxsi_rotate(turn, result->wrench.force, result->wrench.force);
+    vxsi_rotate(turn, result->wrench.torque, result->wrench.torque);
+    vxsi_rotate(turn, result->normal, result->normal);
     double sum = 0;
     for (int i = 0; i < 3; i++) sum += fabs(result->wrench.force[i]) + fabs(result->wrench.torque[i]);
     if (!isfinite(sum)) {

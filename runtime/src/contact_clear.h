@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT
  *
  * clear of contact_kernel.h in as many lanes as the instruction set has: included once per instruction set,
- * with VXSI_TARGET, VXSI_NAME(), VXSI_WIDTH (lanes), VXSI_GATHER(base, index, lanes) (32 bits each, 0 in
- * other lanes) and VXSI_BITS(mask) (one bit for each lane) defined.
+ * with VXSI_TARGET, VXSI_NAME(), VXSI_WIDTH (lanes) and VXSI_BITS(mask) (one bit for each lane) defined;
+ * where there is one, VXSI_GATHER(base, index, lanes) too (32 bits each, 0 in other lanes).
  *
- * A disc around c with half a thickness t, radius r and axis m reaches no farther along n than n . c + t |n .
- * m|
- * + r sqrt(n^2 - (n . m)^2).
+ * A disc around c with half a thickness t, radius r and axis m reaches no farther along n than
+ *     n . c + t |n . m| + r sqrt(n^2 - (n . m)^2).
  */
 #ifndef VXSI_CONTACT_CLEAR_H
 #define VXSI_CONTACT_CLEAR_H
@@ -17,6 +16,15 @@
 
 typedef float vnf __attribute__((vector_size(4 * VXSI_WIDTH)));
 typedef int32_t vni __attribute__((vector_size(4 * VXSI_WIDTH)));
+#ifndef VXSI_GATHER
+#define VXSI_GATHER(base, index, lanes)                                                                      \
+    __extension__({                                                                                          \
+        vni gathered_, index_ = (index);                                                                     \
+        for (int lane_ = 0; lane_ < VXSI_WIDTH; lane_++)                                                     \
+            memcpy((char *)&gathered_ + 4 * lane_, (const char *)(base) + 4 * (size_t)index_[lane_], 4);     \
+        gathered_ &(lanes);                                                                                  \
+    })
+#endif
 #define TO_FLOAT(v) __builtin_convertvector(v, vnf)
 #define LOAD_N(array, at)                                                                                    \
     __extension__({                                                                                          \

@@ -4,6 +4,7 @@
  * far the pressure is spread about it. rt-safe.
  */
 #include "contact_state.h"
+#include "vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -25,11 +26,6 @@ static double weight_of(const vxsi_hits *hits, const vxsi_span *span, uint32_t n
 static double length(const double v[3])
 {
     return sqrt((v[0] * v[0] + v[1] * v[1]) + v[2] * v[2]);
-}
-
-static void rotate(const double r[9], const double v[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) out[i] = (r[3 * i] * v[0] + r[3 * i + 1] * v[1]) + r[3 * i + 2] * v[2];
 }
 
 /* Ends sums: normals of length 1, centres. What presses nothing has force 0. */
@@ -93,8 +89,8 @@ void vxsi_gather_loads(const vxs_contact *contact, const vxs_contact_config *con
             to->direction = d;
             to->force = from->force * factor;
             to->radius = from->spread / from->force;
-            rotate(turn, from->normal, to->normal);
-            rotate(turn, arm, to->arm);
+            vxsi_rotate(turn, from->normal, to->normal);
+            vxsi_rotate(turn, arm, to->arm);
         }
     }
 }

@@ -214,14 +214,6 @@ static void cull_neon(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
 #define VXSI_DOUBLES 2
 #include "contact_sum.h"
 #define VXSI_WIDTH 4
-/* There is no gather. */
-#define VXSI_GATHER(base, index, lanes)                                                                      \
-    __extension__({                                                                                          \
-        vni gathered_, index_ = (index);                                                                     \
-        for (int lane_ = 0; lane_ < VXSI_WIDTH; lane_++)                                                     \
-            memcpy((char *)&gathered_ + 4 * lane_, (const char *)(base) + 4 * (size_t)index_[lane_], 4);     \
-        gathered_ &(lanes);                                                                                  \
-    })
 #define VXSI_BITS(mask) lanes_of((uint32x4_t)(mask))
 #include "contact_clear.h"
 

@@ -12,14 +12,6 @@
 #define VXSI_DOUBLES 2
 #include "contact_sum.h"
 #define VXSI_WIDTH 4
-/* There is no gather. */
-#define VXSI_GATHER(base, index, lanes)                                                                      \
-    __extension__({                                                                                          \
-        vni gathered_, index_ = (index);                                                                     \
-        for (int lane_ = 0; lane_ < VXSI_WIDTH; lane_++)                                                     \
-            memcpy((char *)&gathered_ + 4 * lane_, (const char *)(base) + 4 * (size_t)index_[lane_], 4);     \
-        gathered_ &(lanes);                                                                                  \
-    })
 #define VXSI_BITS(mask)                                                                                      \
     __extension__({                                                                                          \
         const vni mask_ = (mask);                                                                            \

@@ -6,6 +6,7 @@
  * normal as one more direction (the ellipsoid of Howe and Cutkosky, Int. J. Robotics Research 15, 1996).
  */
 #include "../servo_state.h"
+#include "../vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -84,14 +85,9 @@ static double without_denormals(double value)
     return fabs(value) < 1e-150 ? 0 : value;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
-}
-
 static double length(const double v[4])
 {
-    return sqrt(dot(v, v) + v[3] * v[3]);
+    return sqrt(vxsi_dot(v, v) + v[3] * v[3]);
 }
 
 static void add_cross(const double a[3], const double b[3], double out[3])
@@ -104,7 +100,7 @@ static void add_cross(const double a[3], const double b[3], double out[3])
 
 static void to_tangent(double v[3], const double normal[3])
 {
-    double along = dot(v, normal);
+    double along = vxsi_dot(v, normal);
     for (int i = 0; i < 3; i++) v[i] -= along * normal[i];
 }
 
@@ -175,7 +171,7 @@ static void add_way(const motion *m, const double arm[3], double sign, double wa
     double across[3] = {0, 0, 0}, inwards[3] = {0, 0, 0};
     add_cross(m->back, arm, across);
     add_cross(m->back, across, inwards);
-    double cosine = sqrt(fmax(0, 1 - dot(m->back, m->back) / 4));
+    double cosine = sqrt(fmax(0, 1 - vxsi_dot(m->back, m->back) / 4));
     for (int i = 0; i < 3; i++) way[i] += sign * (m->way[i] - (cosine * across[i] + 0.5 * inwards[i]));
 }
 
@@ -200,10 +196,10 @@ static void look_at_ground(const friction *f, uint32_t at, const anchors *last, 
 static void turn_along(const anchor *before, const double normal[3], const motions *m, double stretch[4])
 {
     memcpy(stretch, before->stretch, 4 * sizeof *stretch);
-    double square = dot(stretch, stretch);
+    double square = vxsi_dot(stretch, stretch);
     add_cross(before->stretch, m->ground.back, stretch);
     to_tangent(stretch, normal);
-    double left = dot(stretch, stretch);
+    double left = vxsi_dot(stretch, stretch);
     double factor = left > 0.25 * square ? sqrt(square / left) : 1;
     for (int i = 0; i < 3; i++) stretch[i] *= factor;
 }
@@ -217,7 +213,7 @@ static void begin_anchor(anchor *a, const vxs_contact_load *load, const anchor *
     if (before) turn_along(before, load->normal, m, own);
     memcpy(pooled, p->stretch, 3 * sizeof *pooled);
     to_tangent(pooled, load->normal);
-    pooled[3] = dot(p->twist, load->normal);
+    pooled[3] = vxsi_dot(p->twist, load->normal);
     for (int i = 0; i < 4; i++) a->stretch[i] = (kept * own[i] + gained * pooled[i]) / a->share;
     double sliding = before && before->is_sliding ? kept : 0;
     if (gained > 0) sliding += gained * (p->sliding / p->share);
@@ -255,7 +251,7 @@ static void add_friction(const friction *f, const vxs_contact_load *load, const 
     add_way(&m->object, load->arm, 1, way);
     add_way(&m->ground, lever, -1, way);
     to_tangent(way, load->normal);
-    way[3] = load->radius * dot(turn, load->normal);
+    way[3] = load->radius * vxsi_dot(turn, load->normal);
     drag(f, a, way, load->force, force);
     add_cross(load->arm, force, torque);
     for (int i = 0; i < 3; i++) {

@@ -8,6 +8,7 @@
  */
 #include "../contact_state.h"
 #include "../servo_state.h"
+#include "../vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -43,36 +44,13 @@ static const vxs_effect_constant constants[] = {{"mass", "kg", 0.05, 1e-9, 1e6},
                                                 {"damping", "", 1, 0, 1e3},
                                                 {"radius", "m", 0.02, 1e-9, 1e3}};
 
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        out[i] = a[j] * b[k] - a[k] * b[j];
-    }
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
-}
-
-static void multiply(const double m[9], const double v[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) out[i] = dot(m + 3 * i, v);
-}
-
-static void multiply_back(const double m[9], const double v[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) out[i] = (m[i] * v[0] + m[3 + i] * v[1]) + m[6 + i] * v[2];
-}
-
 /* By cofactors. */
 static double invert(const double m[9], double out[9])
 {
     double columns[3][3], c[3][3];
     for (int i = 0; i < 9; i++) columns[i % 3][i / 3] = m[i];
-    for (int i = 0; i < 3; i++) cross(columns[(i + 1) % 3], columns[(i + 2) % 3], c[i]);
-    double determinant = dot(columns[0], c[0]);
+    for (int i = 0; i < 3; i++) vxsi_cross(columns[(i + 1) % 3], columns[(i + 2) % 3], c[i]);
+    double determinant = vxsi_dot(columns[0], c[0]);
     for (int i = 0; i < 9; i++) out[i] = c[i / 3][i % 3] / determinant;
     return determinant;
 }
@@ -109,8 +87,8 @@ static void place(const vxs_effect *effect, const vxs_servo_config *config, doub
     vxs_pose_compose(&config->grip, &com, &com);
     vxs_pose_rotation(&com, r);
     tensor_of(effect, m);
-    for (int row = 0; row < 3; row++) multiply(m, r + 3 * row, half + 3 * row);
-    for (int row = 0; row < 3; row++) multiply(r, half + 3 * row, tensor + 3 * row);
+    for (int row = 0; row < 3; row++) vxsi_rotate(m, r + 3 * row, half + 3 * row);
+    for (int row = 0; row < 3; row++) vxsi_rotate(r, half + 3 * row, tensor + 3 * row);
     for (int i = 0; i < 3; i++) arm[i] = -com.position[i];
 }
 
@@ -124,10 +102,10 @@ static double compliance(const vxs_effect *effect, const vxs_servo_config *confi
     invert(tensor, inverse);
     for (int n = 0; n < 6; n++) {
         double force[3] = {n == 0, n == 1, n == 2}, torque[3], turn[3], way[3];
-        cross(arm, force, torque);
+        vxsi_cross(arm, force, torque);
         for (int i = 0; i < 3; i++) torque[i] += n == 3 + i ? radius : 0;
-        multiply(inverse, torque, turn);
-        cross(turn, arm, way);
+        vxsi_rotate(inverse, torque, turn);
+        vxsi_cross(turn, arm, way);
         for (int i = 0; i < 3; i++) {
             columns[n][i] = force[i] / effect->as.inertia.mass + way[i];
             columns[n][3 + i] = radius * turn[i];
@@ -151,7 +129,7 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
     b->drag = b->sample_time * (b->damping + b->sample_time * b->stiffness);
     b->kept = b->mass / (b->mass + b->drag);
     for (int i = 0; i < 9; i++) {
-        double lever = (i % 4 == 0 ? dot(b->arm, b->arm) : 0) - b->arm[i / 3] * b->arm[i % 3];
+        double lever = (i % 4 == 0 ? vxsi_dot(b->arm, b->arm) : 0) - b->arm[i / 3] * b->arm[i % 3];
         sprung[i] = b->tensor[i] + b->drag * ((i % 4 == 0 ? b->square : 0) + b->kept * lever);
     }
     invert(sprung, b->inverse);
@@ -177,7 +155,7 @@ static void reset(void *self, const vxs_pose *tip)
     double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, arm[3];
     b->tip = b->last = *tip;
     vxs_pose_rotation(tip, r);
-    multiply(r, b->arm, arm);
+    vxsi_rotate(r, b->arm, arm);
     for (int i = 0; i < 3; i++) {
         b->position[i] = tip->position[i] - arm[i];
         b->velocity[i] = b->spin[i] = 0;
@@ -196,23 +174,23 @@ static void turn_in_middle(const inertia *b, const double momentum[3], double w[
     const double half = b->sample_time / 2;
     for (int step = 0; step < NEWTON_STEPS; step++) {
         double spin[3], gyro[3], rest[3], slope[9], inverse[9], way[3];
-        multiply(b->tensor, w, spin);
-        cross(w, spin, gyro);
+        vxsi_rotate(b->tensor, w, spin);
+        vxsi_cross(w, spin, gyro);
         for (int i = 0; i < 3; i++) rest[i] = momentum[i] - spin[i] - half * gyro[i];
         /* of w x tensor w: w x tensor . - (tensor w) x . */
         for (int i = 0; i < 3; i++) {
             const double axis[3] = {i == 0, i == 1, i == 2},
                          column[3] = {b->tensor[i], b->tensor[3 + i], b->tensor[6 + i]};
             double left[3], right[3];
-            cross(w, column, left);
-            cross(axis, spin, right);
+            vxsi_cross(w, column, left);
+            vxsi_cross(axis, spin, right);
             for (int row = 0; row < 3; row++)
                 slope[3 * row + i] = column[row] + half * (left[row] + right[row]);
         }
         invert(slope, inverse);
-        multiply(inverse, rest, way);
+        vxsi_rotate(inverse, rest, way);
         for (int i = 0; i < 3; i++) w[i] += way[i];
-        if (dot(way, way) <= solved * solved * dot(w, w)) return;
+        if (vxsi_dot(way, way) <= solved * solved * vxsi_dot(w, w)) return;
     }
 }
 
@@ -220,17 +198,17 @@ static void turn_in_middle(const inertia *b, const double momentum[3], double w[
 static void drift(inertia *b)
 {
     const double t = b->sample_time, *q = b->tip.orientation;
-    double size = sqrt(dot(b->spin, b->spin)), momentum[3], w[3], r[9], arm[3];
+    double size = sqrt(vxsi_dot(b->spin, b->spin)), momentum[3], w[3], r[9], arm[3];
     if (size * t > most_turn)
         for (int i = 0; i < 3; i++) b->spin[i] *= most_turn / (size * t);
-    multiply(b->tensor, b->spin, momentum);
+    vxsi_rotate(b->tensor, b->spin, momentum);
     memcpy(w, b->spin, sizeof w);
     turn_in_middle(b, momentum, w);
     vxs_pose by = {{0, 0, 0}, {1, t / 2 * w[0], t / 2 * w[1], t / 2 * w[2]}},
              next = {{0, 0, 0}, {q[0], q[1], q[2], q[3]}};
     vxs_pose_compose(&next, &by, &next);
     vxs_pose_rotation(&next, r);
-    multiply(r, b->arm, arm);
+    vxsi_rotate(r, b->arm, arm);
     for (int i = 0; i < 3; i++) {
         b->spin[i] = without_denormals(2 * w[i] - b->spin[i]);
         b->position[i] = without_denormals(b->position[i] + t * b->velocity[i]);
@@ -248,7 +226,7 @@ static void kick(inertia *b, vxsi_tick *tick)
     double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, arm[3], pull[3], twist[3], rate[3], free[3], push[3],
            torque[3], turned[3], momentum[3];
     vxs_pose_rotation(&b->tip, r);
-    multiply(r, b->arm, arm);
+    vxsi_rotate(r, b->arm, arm);
     vxs_pose_turn(b->tip.orientation, tick->tip.orientation, twist);
     vxs_pose_turn(b->last.orientation, tick->tip.orientation, rate);
     for (int i = 0; i < 3; i++) {
@@ -258,15 +236,15 @@ static void kick(inertia *b, vxsi_tick *tick)
         free[i] = (b->mass * b->velocity[i] + t * (wrench->force[i] + pull[i])) / (b->mass + b->drag);
         push[i] = t * (wrench->force[i] + pull[i]) - b->drag * free[i];
     }
-    cross(arm, push, torque);
+    vxsi_cross(arm, push, torque);
     for (int i = 0; i < 3; i++) torque[i] += t * (wrench->torque[i] + twist[i]);
-    multiply_back(r, torque, turned);
-    multiply(b->tensor, b->spin, momentum);
+    vxsi_rotate_back(r, torque, turned);
+    vxsi_rotate(b->tensor, b->spin, momentum);
     for (int i = 0; i < 3; i++) momentum[i] += turned[i];
-    multiply(b->inverse, momentum, b->spin);
+    vxsi_rotate(b->inverse, momentum, b->spin);
     double turn[3], swing[3];
-    multiply(r, b->spin, turn);
-    cross(arm, turn, swing);
+    vxsi_rotate(r, b->spin, turn);
+    vxsi_cross(arm, turn, swing);
     for (int i = 0; i < 3; i++) {
         b->velocity[i] = without_denormals(free[i] + (1 - b->kept) * swing[i]);
         b->spin[i] = without_denormals(b->spin[i]);
@@ -285,7 +263,8 @@ static void run(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_inertia;
 const vxsi_stage vxsi_stage_inertia = {.effect = VXS_EFFECT_INERTIA,
                                        .name = "inertia",
-                                       .reads = "contact's wrench, the device's pose; in place of the coupling",
+                                       .reads =
+                                           "contact's wrench, the device's pose; in place of the coupling",
                                        .size = sizeof(inertia),
                                        .constants = constants,
                                        .constant_count = sizeof constants / sizeof *constants,

@@ -7,6 +7,7 @@
 #define VXSI_OBJECT_MOTION_H
 
 #include "../servo_stage.h"
+#include "../vector.h"
 
 /* Of the middle of the shell's bounding sphere. */
 typedef struct vxsi_object_motion {
@@ -16,18 +17,6 @@ typedef struct vxsi_object_motion {
     double arm[3];                          /* from the tip to the middle, scene's frame */
     double velocity[3], spin[3];            /* [m/s], [rad/s], scene's frame; 0 in the first tick */
 } vxsi_object_motion;
-
-static inline double vxsi_dot(const double a[3], const double b[3])
-{
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
-}
-
-static inline void vxsi_cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 /* The velocity of a static where its matter is at a point. */
 void vxsi_twist_at(const vxsi_twist *twist, const double point[3], double velocity[3]);

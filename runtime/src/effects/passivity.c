@@ -5,6 +5,7 @@
  * where the hand does work.
  */
 #include "../servo_state.h"
+#include "../vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -45,11 +46,6 @@ static void attach(void *self, vxs_servo *servo)
     if (!servo->has_torque) ((passivity *)self)->radius_square = 0;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
-}
-
 static double largest(const vxs_wrench *w)
 {
     double most = 0;
@@ -63,7 +59,7 @@ typedef struct motion {
 
 static double work(const vxs_wrench *w, const motion *m)
 {
-    return dot(w->force, m->way) + dot(w->torque, m->turn);
+    return vxsi_dot(w->force, m->way) + vxsi_dot(w->torque, m->turn);
 }
 
 static void reset(void *self, const vxs_pose *tip)
@@ -107,7 +103,7 @@ static void run(void *self, vxsi_tick *tick)
     double after = p->energy - work(&tick->wrench, &m);
     for (uint32_t n = 0; n <= p->delay; n++)
         if (n != oldest) after -= work(&p->sent[n], &m);
-    double way_square = dot(m.way, m.way) + p->radius_square * dot(m.turn, m.turn);
+    double way_square = vxsi_dot(m.way, m.way) + p->radius_square * vxsi_dot(m.turn, m.turn);
     tick->energy = p->energy;
     if (!(after < 0) || !(way_square > p->least_way * p->least_way)) return;
     double damping = fmin(-after * p->sample_time / way_square, p->most_damping);

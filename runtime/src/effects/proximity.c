@@ -70,16 +70,6 @@ static void reset(void *self, const vxs_pose *tip)
     vxsi_motion_reset(&((proximity *)self)->motion);
 }
 
-static void rotate(const double r[9], const double v[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) out[i] = vxsi_dot(r + 3 * i, v);
-}
-
-static void rotate_back(const double r[9], const double v[3], double out[3])
-{
-    for (int i = 0; i < 3; i++) out[i] = (r[i] * v[0] + r[3 + i] * v[1]) + r[6 + i] * v[2];
-}
-
 static void add_point(void *self, const double at[3], double distance, const double outwards[3])
 {
     brake *b = self;
@@ -112,8 +102,8 @@ static void look_from(brake *b, const proximity *p, const vxsi_tick *tick, uint3
             spin[i] -= tick->moving->twists[n].spin[i];
         }
     }
-    rotate_back(turn, velocity, b->velocity);
-    rotate_back(turn, spin, b->spin);
+    vxsi_rotate_back(turn, velocity, b->velocity);
+    vxsi_rotate_back(turn, spin, b->spin);
 }
 
 static void run(void *self, vxsi_tick *tick)
@@ -130,8 +120,8 @@ static void run(void *self, vxsi_tick *tick)
     }
     if (!(b.weight > 0)) return;
     vxs_wrench wrench;
-    rotate(turn, b.force, wrench.force);
-    rotate(turn, b.torque, wrench.torque);
+    vxsi_rotate(turn, b.force, wrench.force);
+    vxsi_rotate(turn, b.torque, wrench.torque);
     const double factor = p->damping * b.most / b.weight;
     for (int i = 0; i < 3; i++) {
         wrench.force[i] *= factor;
@@ -144,7 +134,8 @@ static void run(void *self, vxsi_tick *tick)
 extern const vxsi_stage vxsi_stage_proximity;
 const vxsi_stage vxsi_stage_proximity = {.effect = VXS_EFFECT_PROXIMITY,
                                          .name = "proximity",
-                                         .reads = "the distance channel around the points, the object's velocity",
+                                         .reads =
+                                             "the distance channel around the points, the object's velocity",
                                          .size = sizeof(proximity),
                                          .constants = constants,
                                          .constant_count = sizeof constants / sizeof *constants,
