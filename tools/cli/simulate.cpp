@@ -159,7 +159,7 @@ void explain(const PlannedServo &planned, const RunOptions &options, Progress &p
     fmt::print("left out, and what each would cost as by default:\n");
     for (const EffectCost &effect : effects) {
         if (effect.is_in) continue;
-        fmt::print("  {:<16} {} reads {}\n", effect.name, effect.ns ? fmt::format("{:>+7.0f} ns", *effect.ns) : "     not ok", effect.reads);
+        fmt::print("  {:<16} {} reads {}\n", effect.name, effect.ns ? fmt::format("{:>+7.0f} ns", *effect.ns) : "   not here", effect.reads);
         if (!effect.ns) fmt::print("  {:<16} ({})\n", "", effect.why_not);
     }
 }
