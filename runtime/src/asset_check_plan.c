@@ -13,10 +13,8 @@ enum { PLAN, ASST, EFCT, HAND, MOVE, KNOWN };
 static const struct {
     uint32_t id, stride;
 } layout[KNOWN] = {
-    {VXS_PLAN_SECTION_PLAN, sizeof(vxs_plan_info)},
-    {VXS_PLAN_SECTION_ASST, sizeof(vxs_plan_asset)},
-    {VXS_PLAN_SECTION_EFCT, sizeof(vxs_plan_effect)},
-    {VXS_PLAN_SECTION_HAND, sizeof(vxs_plan_keyframe)},
+    {VXS_PLAN_SECTION_PLAN, sizeof(vxs_plan_info)},   {VXS_PLAN_SECTION_ASST, sizeof(vxs_plan_asset)},
+    {VXS_PLAN_SECTION_EFCT, sizeof(vxs_plan_effect)}, {VXS_PLAN_SECTION_HAND, sizeof(vxs_plan_keyframe)},
     {VXS_PLAN_SECTION_MOVE, sizeof(vxs_plan_motion)},
 };
 
@@ -99,7 +97,8 @@ static vxs_result check_pose(const plan_check *p, const char *rule, int which, u
     memcpy(q, bytes + orientation, sizeof q);
     size_t axis = far_axis(at);
     if (axis < 3)
-        return refuse_at(p, rule, which, n, position + 8 * axis, "a position is not finite, or beyond 1e15 m");
+        return refuse_at(p, rule, which, n, position + 8 * axis,
+                         "a position is not finite, or beyond 1e15 m");
     if (!is_unit(q)) return refuse_at(p, rule, which, n, orientation, "an orientation has not length 1");
     return VXS_OK;
 }
@@ -145,7 +144,8 @@ static vxs_result check_contact(const plan_check *p)
     if (!is_positive(info->stiffness))
         return refuse_at(p, "P204", PLAN, 0, FIELD(stiffness), "stiffness is not finite, or not above 0");
     if (!is_amount(info->most_stiffness))
-        return refuse_at(p, "P204", PLAN, 0, FIELD(most_stiffness), "most_stiffness is not finite, or below 0");
+        return refuse_at(p, "P204", PLAN, 0, FIELD(most_stiffness),
+                         "most_stiffness is not finite, or below 0");
     if (!is_amount(info->budget) || (info->budget > 0 && info->weighting != VXS_PLAN_WEIGHT_AREA))
         return refuse_at(p, "P204", PLAN, 0, FIELD(budget), "budget is no time, or not with weighting area");
     return VXS_OK;
@@ -257,7 +257,8 @@ static vxs_result check_effect(const plan_check *p, uint64_t n)
     if (!is_name(effect->kind, sizeof effect->kind, is_of_kind))
         return refuse_at(p, "P402", EFCT, n, FIELD(kind), "kind is no name");
     for (uint64_t other = 0; other < n; other++) {
-        if (memcmp(((const vxs_plan_effect *)element(p, EFCT, other))->kind, effect->kind, sizeof effect->kind) == 0)
+        if (memcmp(((const vxs_plan_effect *)element(p, EFCT, other))->kind, effect->kind,
+                   sizeof effect->kind) == 0)
             return refuse_at(p, "P402", EFCT, n, FIELD(kind), "the kind is there already");
     }
     if (effect->constant_count > VXS_PLAN_MAX_CONSTANTS)
@@ -292,8 +293,10 @@ static vxs_result check_turn(const plan_check *p, uint64_t n)
         return refuse_at(p, "P504", HAND, n, FIELD(move), "no such move, or the first keyframe turns");
     if (k->reserved != 0) return refuse_at(p, "P504", HAND, n, FIELD(reserved), "reserved is not 0");
     if (k->move == VXS_PLAN_MOVE_STRAIGHT) {
-        size_t size = sizeof *k - FIELD(turn_about), at = first_byte((const uint8_t *)k + FIELD(turn_about), size);
-        return at < size ? refuse_at(p, "P505", HAND, n, FIELD(turn_about) + at / 8 * 8, "a turn where there is none")
+        size_t size = sizeof *k - FIELD(turn_about),
+               at = first_byte((const uint8_t *)k + FIELD(turn_about), size);
+        return at < size ? refuse_at(p, "P505", HAND, n, FIELD(turn_about) + at / 8 * 8,
+                                     "a turn where there is none")
                          : VXS_OK;
     }
     size_t axis = far_axis(k->turn_about);
@@ -334,7 +337,8 @@ static uint64_t find_motion(const plan_check *p)
 {
     static const uint8_t kind[sizeof((vxs_plan_effect *)NULL)->kind] = "motion";
     uint64_t n = 0, count = p->section[EFCT] ? p->section[EFCT]->count : 0;
-    while (n < count && memcmp(((const vxs_plan_effect *)element(p, EFCT, n))->kind, kind, sizeof kind) != 0) n++;
+    while (n < count && memcmp(((const vxs_plan_effect *)element(p, EFCT, n))->kind, kind, sizeof kind) != 0)
+        n++;
     return n;
 }
 

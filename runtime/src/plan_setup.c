@@ -26,7 +26,8 @@ SAME(MAX_STATICS, CONTACT_MAX_STATICS);
 
 _Static_assert(sizeof(vxs_plan_motion) == sizeof(vxs_effect_keyframe) &&
                    offsetof(vxs_plan_motion, position) == offsetof(vxs_effect_keyframe, pose.position) &&
-                   offsetof(vxs_plan_motion, orientation) == offsetof(vxs_effect_keyframe, pose.orientation) &&
+                   offsetof(vxs_plan_motion, orientation) ==
+                       offsetof(vxs_effect_keyframe, pose.orientation) &&
                    offsetof(vxs_plan_motion, asset) == offsetof(vxs_effect_keyframe, static_index),
                "the file's keyframes are the runtime's");
 

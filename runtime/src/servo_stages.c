@@ -80,9 +80,8 @@ static void clamp_both(void *self, vxsi_tick *tick)
 }
 
 extern const vxsi_stage vxsi_stage_contact, vxsi_stage_coupling, vxsi_stage_clamp;
-const vxsi_stage vxsi_stage_contact = {.name = "contact",
-                                       .reads = "the object's pose; cells, points, normals",
-                                       .run = evaluate_contact};
+const vxsi_stage vxsi_stage_contact = {
+    .name = "contact", .reads = "the object's pose; cells, points, normals", .run = evaluate_contact};
 const vxsi_stage vxsi_stage_coupling = {.name = "coupling",
                                         .reads = "contact's wrench, the device's pose",
                                         .reset = reset_coupling,

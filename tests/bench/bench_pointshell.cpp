@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How long the exact shell of the cup takes: bench_pointshell CELLS [RUNS] [FILE.stl [UNIT_M]], or that of another
-// part. One line of JSON per run; the last line tells how large the clusters' spheres are, in voxels.
+// How long the exact shell of the cup takes: bench_pointshell CELLS [RUNS] [FILE.stl [UNIT_M]], or that of
+// another part. One line of JSON per run; the last line tells how large the clusters' spheres are, in voxels.
 #include "cup.hpp"
 
 #include "import/scene.hpp"
@@ -53,7 +53,8 @@ int main(int argc, char **argv)
         const auto start = std::chrono::steady_clock::now();
         const std::clock_t busy = std::clock();
         shell = make_shell(lattice, binned, cells, ShellKind::exact, silent);
-        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        const double seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         const double cpu = static_cast<double>(std::clock() - busy) / CLOCKS_PER_SEC;
         const double points = static_cast<double>(shell.points.size());
         fmt::print("{{\"what\":\"voxshell pointshell\",\"cells\":{},\"triangles\":{},\"seconds\":{:.4f},"
@@ -68,7 +69,8 @@ int main(int argc, char **argv)
     for (const double r : radius) sum += r, volume += r * r * r;
     const auto n = static_cast<double>(radius.size());
     const auto at = [&](double share) { return radius[static_cast<std::size_t>(share * (n - 1))]; };
-    fmt::print("{{\"what\":\"cluster radii\",\"clusters\":{},\"mean_h\":{:.3f},\"rms3_h\":{:.3f},\"p10_h\":{:.3f},"
-               "\"p50_h\":{:.3f},\"p90_h\":{:.3f},\"p99_h\":{:.3f},\"max_h\":{:.3f}}}\n",
-               radius.size(), sum / n, std::cbrt(volume / n), at(0.1), at(0.5), at(0.9), at(0.99), radius.back());
+    fmt::print(
+        "{{\"what\":\"cluster radii\",\"clusters\":{},\"mean_h\":{:.3f},\"rms3_h\":{:.3f},\"p10_h\":{:.3f},"
+        "\"p50_h\":{:.3f},\"p90_h\":{:.3f},\"p99_h\":{:.3f},\"max_h\":{:.3f}}}\n",
+        radius.size(), sum / n, std::cbrt(volume / n), at(0.1), at(0.5), at(0.9), at(0.99), radius.back());
 }

@@ -55,9 +55,9 @@ Mesh static_mesh(Motion motion);
 double static_distance(Motion motion, const Vec3 &point);
 
 /// The moving sphere as points, evenly spread (a spherical Fibonacci lattice), in the order of our shells:
-/// halved along the longest side of their box at a multiple of 64, down to runs of 64, those at a multiple of 16
-/// down to runs of 16. Structure of arrays,
-/// padded to a multiple of 16 with the last point. The inward normal of point p is -p / radius.
+/// halved along the longest side of their box at a multiple of 64, down to runs of 64, those at a multiple of
+/// 16 down to runs of 16. Structure of arrays, padded to a multiple of 16 with the last point. The inward
+/// normal of point p is -p / radius.
 struct Points {
     std::uint32_t count = 0;
     std::vector<float> x, y, z, nx, ny, nz;

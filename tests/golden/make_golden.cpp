@@ -183,7 +183,8 @@ PlanFile plain_plan()
     info.mount_orientation[0] = info.grip_orientation[0] = 1;
     put_text(info.device, "sim:touch");
     put_text(info.arm, "hand");
-    file.assets = {planned(VXS_PLAN_ROLE_STATIC, "a.voxmap", 0xaa), planned(VXS_PLAN_ROLE_DYNAMIC, "b.pointshell", 0xbb)};
+    file.assets = {planned(VXS_PLAN_ROLE_STATIC, "a.voxmap", 0xaa),
+                   planned(VXS_PLAN_ROLE_DYNAMIC, "b.pointshell", 0xbb)};
     return file;
 }
 
@@ -193,8 +194,8 @@ Bytes bare()
     return plan_bytes(plain_plan());
 }
 
-/// Every section: two statics of which one is turned, a coupling with numbers, effects with and without constants, a hand
-/// that goes straight and turns.
+/// Every section: two statics of which one is turned, a coupling with numbers, effects with and without
+/// constants, a hand that goes straight and turns.
 Bytes pressed()
 {
     PlanFile file = plain_plan();
@@ -260,10 +261,14 @@ Bytes moved()
 const struct {
     const char *name;
     Bytes (*make)();
-} goldens[] = {{"one_cell.voxmap", one_cell},       {"uniform.voxmap", uniform},
-               {"clearance.voxmap", clearance},     {"channels.voxmap", channels},
-               {"one_point.pointshell", one_point}, {"two_clusters.pointshell", two_clusters},
-               {"bare.plan", bare},                 {"pressed.plan", pressed},
+} goldens[] = {{"one_cell.voxmap", one_cell},
+               {"uniform.voxmap", uniform},
+               {"clearance.voxmap", clearance},
+               {"channels.voxmap", channels},
+               {"one_point.pointshell", one_point},
+               {"two_clusters.pointshell", two_clusters},
+               {"bare.plan", bare},
+               {"pressed.plan", pressed},
                {"moved.plan", moved}};
 
 Bytes file_bytes(const std::filesystem::path &path)

@@ -105,8 +105,8 @@ TEST_CASE("every long step ends soon after it is asked to")
     const WindingNumber winding(mesh);
     Cells solid = surface;
     classify(solid, winding, silent);
-    // 100 ms of the work of all threads: on a machine of one's own at most as much by the clock, and other people's
-    // work stretches it little. Sanitizers multiply it.
+    // 100 ms of the work of all threads: on a machine of one's own at most as much by the clock, and other
+    // people's work stretches it little. Sanitizers multiply it.
     const double bar = 0.1 * slower;
     const auto check = [&](const Worst &w) { CHECK(w.work < bar); };
     check(stop("bin", [&](Progress &p) { bin_triangles(lattice, p); }));

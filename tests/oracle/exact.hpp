@@ -47,8 +47,8 @@ inline std::vector<Vertex> clip(const std::array<LatticePoint, 3> &triangle, con
     return polygon;
 }
 
-/// Does a convex polygon inside the closed box hold a point of [low, high)? One that does not lies in one of the
-/// three upper faces.
+/// Does a convex polygon inside the closed box hold a point of [low, high)? One that does not lies in one of
+/// the three upper faces.
 inline bool reaches_in(const std::vector<Vertex> &polygon, const LatticePoint &high)
 {
     if (polygon.empty()) return false;

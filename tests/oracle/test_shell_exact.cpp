@@ -53,8 +53,9 @@ void compare(const std::array<LatticePoint, 3> &t, Tally &tally)
                          got = static_cast<double>(p.position[a]);
             const double error = std::abs(got - exact_value) / static_cast<double>(ulp(exact_value));
             tally.worst_ulp = std::max(tally.worst_ulp, std::abs(exact_value) > 1e-3 ? error : 0);
-            // Near zero an ulp is finer than what decides: two edges of a sliver may offer points whose squared
-            // distances agree to the last bit of a double. They lie within 1e-9 cells, 1/15000 of a lattice unit.
+            // Near zero an ulp is finer than what decides: two edges of a sliver may offer points whose
+            // squared distances agree to the last bit of a double. They lie within 1e-9 cells, 1/15000 of a
+            // lattice unit.
             off = off || (error > 1.0 && std::abs(got - exact_value) > 1e-9);
             tally.outside += got < static_cast<double>(cell[a]) || got > static_cast<double>(cell[a] + 1);
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The set-ups of the paper's figures 8 and 9: a sphere that circles on a plane and round a cylinder, its shell voxelised
-// in its own frame and turned at random. And the force of a sphere as cells get finer.
+// The set-ups of the paper's figures 8 and 9: a sphere that circles on a plane and round a cylinder, its
+// shell voxelised in its own frame and turned at random. And the force of a sphere as cells get finer.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
@@ -28,7 +28,7 @@ constexpr double e = 0.001, pi = std::numbers::pi; // [m]
 
 /// A part as the pipeline makes it, opened by the runtime.
 class Opened {
-public:
+  public:
     Opened(const Mesh &mesh, double voxel, ChannelRequest channels)
     {
         Scene scene;
@@ -50,7 +50,7 @@ public:
     vxs_voxmap map{};
     vxs_pointshell shell{};
 
-private:
+  private:
     struct alignas(64) Block {
         std::uint8_t bytes[64];
     };
@@ -65,10 +65,12 @@ private:
 };
 
 class Contact {
-public:
-    explicit Contact(const Opened &moving) : memory_(vxs_contact_memory(&moving.shell, 1) / sizeof(std::max_align_t) + 1)
+  public:
+    explicit Contact(const Opened &moving)
+        : memory_(vxs_contact_memory(&moving.shell, 1) / sizeof(std::max_align_t) + 1)
     {
-        REQUIRE(vxs_contact_init(memory_.data(), memory_.size() * sizeof(std::max_align_t), &moving.shell, 1, &contact_) == VXS_OK);
+        REQUIRE(vxs_contact_init(memory_.data(), memory_.size() * sizeof(std::max_align_t), &moving.shell, 1,
+                                 &contact_) == VXS_OK);
     }
     vxs_contact_result at(const vxs_voxmap &map, const vxs_pose &pose, const vxs_contact_config &config)
     {
@@ -79,12 +81,13 @@ public:
         return result;
     }
 
-private:
+  private:
     std::vector<std::max_align_t> memory_;
     vxs_contact *contact_ = nullptr;
 };
 
-vxs_contact_config config_of(std::uint32_t law, std::uint32_t field, std::uint32_t weighting, double stiffness)
+vxs_contact_config config_of(std::uint32_t law, std::uint32_t field, std::uint32_t weighting,
+                             double stiffness)
 {
     vxs_contact_config config;
     vxs_contact_config_default(&config);
@@ -103,7 +106,8 @@ double dot(const Point &a, const Point &b)
 /// Ry(30 degrees) Rx(20 degrees).
 Point tilted(const Point &p)
 {
-    const double c = std::cos(20 * pi / 180), s = std::sin(20 * pi / 180), d = std::cos(30 * pi / 180), t = std::sin(30 * pi / 180);
+    const double c = std::cos(20 * pi / 180), s = std::sin(20 * pi / 180), d = std::cos(30 * pi / 180),
+                 t = std::sin(30 * pi / 180);
     const Point x{p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]};
     return {d * x[0] + t * x[2], x[1], -t * x[0] + d * x[2]};
 }
@@ -121,7 +125,8 @@ Mesh cylinder(double radius, double half, int count)
     m.vertices.push_back({0, 0, -half});
     m.vertices.push_back({0, 0, half});
     for (int n = 0; n < count; ++n) {
-        const auto a = static_cast<std::uint32_t>(2 * n), b = static_cast<std::uint32_t>(2 * ((n + 1) % count));
+        const auto a = static_cast<std::uint32_t>(2 * n),
+                   b = static_cast<std::uint32_t>(2 * ((n + 1) % count));
         m.triangles.push_back({a, b, b + 1});
         m.triangles.push_back({a, b + 1, a + 1});
         m.triangles.push_back({low, b, a});
@@ -135,7 +140,8 @@ struct Told {
 };
 
 /// Five seeds: the shell turned at random, the path begun anywhere; one turn each.
-Told circle(const Opened &fixed, Contact &contact, bool is_round, double depth, const vxs_contact_config &config)
+Told circle(const Opened &fixed, Contact &contact, bool is_round, double depth,
+            const vxs_contact_config &config)
 {
     constexpr int seeds = 5, samples = 600;
     std::mt19937_64 dice(8);
@@ -151,7 +157,8 @@ Told circle(const Opened &fixed, Contact &contact, bool is_round, double depth, 
             const Point outwards = is_round ? Point{std::cos(angle), std::sin(angle), 0} : tilted({0, 0, 1});
             const double r = 30 * e + 20 * e - depth;
             const Point at = is_round ? Point{r * std::cos(angle), r * std::sin(angle), e * offset[1]}
-                                      : tilted({15 * e * std::cos(angle) + e * offset[1], 15 * e * std::sin(angle) + e * offset[2], 20 * e - depth});
+                                      : tilted({15 * e * std::cos(angle) + e * offset[1],
+                                                15 * e * std::sin(angle) + e * offset[2], 20 * e - depth});
             for (int i = 0; i < 3; ++i) pose.position[i] = at[static_cast<std::size_t>(i)];
             const vxs_contact_result touch = contact.at(fixed.map, pose, config);
             const Point f{touch.wrench.force[0], touch.wrench.force[1], touch.wrench.force[2]};
@@ -179,22 +186,29 @@ TEST_CASE("figures 8 and 9: distance and gradient are smooth, along the normal a
     const struct {
         const char *name;
         std::uint32_t law, field;
-    } modes[] = {{"gradient distance", VXS_CONTACT_GRADIENT, VXS_CONTACT_DISTANCE}, {"patch distance", VXS_CONTACT_PATCH, VXS_CONTACT_DISTANCE},
-                 {"average distance", VXS_CONTACT_AVERAGE, VXS_CONTACT_DISTANCE},   {"patch layers", VXS_CONTACT_PATCH, VXS_CONTACT_LAYERS},
-                 {"average layers", VXS_CONTACT_AVERAGE, VXS_CONTACT_LAYERS},       {"patch surface", VXS_CONTACT_PATCH, VXS_CONTACT_SURFACE},
-                 {"average surface", VXS_CONTACT_AVERAGE, VXS_CONTACT_SURFACE},     {"original surface", VXS_CONTACT_ORIGINAL, VXS_CONTACT_SURFACE}};
+    } modes[] = {{"gradient distance", VXS_CONTACT_GRADIENT, VXS_CONTACT_DISTANCE},
+                 {"patch distance", VXS_CONTACT_PATCH, VXS_CONTACT_DISTANCE},
+                 {"average distance", VXS_CONTACT_AVERAGE, VXS_CONTACT_DISTANCE},
+                 {"patch layers", VXS_CONTACT_PATCH, VXS_CONTACT_LAYERS},
+                 {"average layers", VXS_CONTACT_AVERAGE, VXS_CONTACT_LAYERS},
+                 {"patch surface", VXS_CONTACT_PATCH, VXS_CONTACT_SURFACE},
+                 {"average surface", VXS_CONTACT_AVERAGE, VXS_CONTACT_SURFACE},
+                 {"original surface", VXS_CONTACT_ORIGINAL, VXS_CONTACT_SURFACE}};
     for (const bool is_round : {false, true}) {
         const Opened fixed(is_round ? cylinder(30 * e, 30 * e, 720) : slab, e, {3, 3});
         for (const auto &mode : modes) {
             // McNeely's weighting: a mean depth, so linear in it.
-            const vxs_contact_config config = config_of(mode.law, mode.field, VXS_CONTACT_COUNT_CAPPED, 1 / e);
+            const vxs_contact_config config =
+                config_of(mode.law, mode.field, VXS_CONTACT_COUNT_CAPPED, 1 / e);
             std::string line;
             double first = 0;
             for (const double depth : {0.25, 0.5, 1.0}) {
                 const Told told = circle(fixed, contact, is_round, depth * e, config);
                 if (first == 0) first = told.normal / depth;
-                line += "  " + std::to_string(depth).substr(0, 4) + " e: " + std::to_string(told.normal).substr(0, 5) + " N, ripple " +
-                        std::to_string(100 * told.ripple).substr(0, 4) + " %, tangential " + std::to_string(100 * told.tangential).substr(0, 5) + " %;";
+                line += "  " + std::to_string(depth).substr(0, 4) +
+                        " e: " + std::to_string(told.normal).substr(0, 5) + " N, ripple " +
+                        std::to_string(100 * told.ripple).substr(0, 4) + " %, tangential " +
+                        std::to_string(100 * told.tangential).substr(0, 5) + " %;";
                 if (mode.law != VXS_CONTACT_GRADIENT) continue;
                 CHECK(told.tangential <= 0.005);
                 CHECK(told.ripple <= 0.05);
@@ -207,10 +221,12 @@ TEST_CASE("figures 8 and 9: distance and gradient are smooth, along the normal a
 
 TEST_CASE("weighted by area, a force does not grow with finer cells")
 {
-    // A cap's pressure: the volume that the sphere sinks in, pi R d^2 less a little, times k. One cell deep is 8 cells after
-    // three halvings: a band of 7 is too narrow there, and the tick says so; one of 10 is not.
+    // A cap's pressure: the volume that the sphere sinks in, pi R d^2 less a little, times k. One cell deep
+    // is 8 cells after three halvings: a band of 7 is too narrow there, and the tick says so; one of 10 is
+    // not.
     constexpr double radius = 10e-3, coarse = 0.8e-3, k = 1e9;
-    const std::uint32_t laws[] = {VXS_CONTACT_GRADIENT, VXS_CONTACT_PATCH, VXS_CONTACT_AVERAGE, VXS_CONTACT_ORIGINAL};
+    const std::uint32_t laws[] = {VXS_CONTACT_GRADIENT, VXS_CONTACT_PATCH, VXS_CONTACT_AVERAGE,
+                                  VXS_CONTACT_ORIGINAL};
     std::vector<double> first(2 * std::size(laws));
     for (int halvings = 0; halvings <= 3; ++halvings) {
         const double h = std::ldexp(coarse, -halvings);
@@ -218,15 +234,17 @@ TEST_CASE("weighted by area, a force does not grow with finer cells")
         const Opened floor(solids::box({-8e-3, -4e-3, -8e-3}, {8e-3, 0.07e-3, 8e-3}), h, {0, 10});
         Contact contact(ball);
         for (int deep = 0; deep < 2; ++deep) {
-            const double depth = (deep ? 1.0 : 0.7) * coarse, exact = k * pi * depth * depth * (radius - depth / 3);
+            const double depth = (deep ? 1.0 : 0.7) * coarse,
+                         exact = k * pi * depth * depth * (radius - depth / 3);
             const vxs_pose pose{{0.11e-3, 0.07e-3 + radius - depth, -0.23e-3}, {0.9, 0.3, -0.2, 0.1}};
             for (std::size_t n = 0; n < std::size(laws); ++n) {
-                const vxs_contact_result r = contact.at(floor.map, pose, config_of(laws[n], VXS_CONTACT_DISTANCE, VXS_CONTACT_AREA, k));
+                const vxs_contact_result r = contact.at(
+                    floor.map, pose, config_of(laws[n], VXS_CONTACT_DISTANCE, VXS_CONTACT_AREA, k));
                 const double force = r.wrench.force[1];
                 double &start = first[2 * n + static_cast<std::size_t>(deep)];
                 if (halvings == 0) start = force;
-                MESSAGE("sunk in by ", 1e3 * depth, " mm, cells of ", 1e3 * h, " mm, law ", laws[n], ": ", force, " N of ", exact, ", ", r.points, " points, ",
-                        r.deep_points, " deep");
+                MESSAGE("sunk in by ", 1e3 * depth, " mm, cells of ", 1e3 * h, " mm, law ", laws[n], ": ",
+                        force, " N of ", exact, ", ", r.points, " points, ", r.deep_points, " deep");
                 CHECK(force == doctest::Approx(start).epsilon(0.02));
                 CHECK((r.flags & VXS_CONTACT_DEEP) == 0);
             }
@@ -234,7 +252,8 @@ TEST_CASE("weighted by area, a force does not grow with finer cells")
         if (halvings < 3) continue;
         const Opened narrow(solids::box({-8e-3, -4e-3, -8e-3}, {8e-3, 0.07e-3, 8e-3}), h, {0, 7});
         const vxs_pose pose{{0.11e-3, 0.07e-3 + radius - coarse, -0.23e-3}, {0.9, 0.3, -0.2, 0.1}};
-        const vxs_contact_result r = contact.at(narrow.map, pose, config_of(VXS_CONTACT_AVERAGE, VXS_CONTACT_DISTANCE, VXS_CONTACT_AREA, k));
+        const vxs_contact_result r = contact.at(
+            narrow.map, pose, config_of(VXS_CONTACT_AVERAGE, VXS_CONTACT_DISTANCE, VXS_CONTACT_AREA, k));
         CHECK((r.flags & VXS_CONTACT_DEEP) != 0);
     }
 }

@@ -51,7 +51,8 @@ struct Assets {
         REQUIRE(vxs_voxmap_open(&map_file->asset(), &map) == VXS_OK);
         REQUIRE(vxs_pointshell_open(&shell_file->asset(), &shell) == VXS_OK);
         memory.resize(vxs_contact_memory(&shell, 1) / sizeof(std::max_align_t) + 1);
-        REQUIRE(vxs_contact_init(memory.data(), memory.size() * sizeof(std::max_align_t), &shell, 1, &contact) == VXS_OK);
+        REQUIRE(vxs_contact_init(memory.data(), memory.size() * sizeof(std::max_align_t), &shell, 1,
+                                 &contact) == VXS_OK);
     }
 
     /// The sphere at `gap` from the outer wall (negative: pressed in), at this angle about the cup's axis.
@@ -108,11 +109,13 @@ TEST_CASE("pressed 0.2 mm against the wall, the force is along the wall's normal
         const double force = length(result.wrench.force);
         CAPTURE(n);
         REQUIRE(force > 0);
-        const double along = (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
+        const double along =
+            (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
         const double off = std::acos(std::min(1.0, along)) / degree;
         CHECK(off < 5);
         CHECK((result.flags & VXS_CONTACT_INVALID) == 0);
-        CHECK(length(result.wrench.torque) < 0.2 * force * radius); // a sphere is hardly turned: short levers only
+        CHECK(length(result.wrench.torque) <
+              0.2 * force * radius); // a sphere is hardly turned: short levers only
         worst = std::max(worst, off);
         least = std::min(least, force);
         most = std::max(most, force);
@@ -126,7 +129,8 @@ TEST_CASE("deeper pushes back more")
     for (const double depth : {0.0002, 0.0003, 0.0004}) {
         double sum = 0;
         for (int n = 0; n < 64; ++n) {
-            sum += length(assets().at(oblique(n), 0.030 + 0.00037 * n, -depth, VXS_CONTACT_AVERAGE).wrench.force);
+            sum += length(
+                assets().at(oblique(n), 0.030 + 0.00037 * n, -depth, VXS_CONTACT_AVERAGE).wrench.force);
         }
         CHECK(sum > last);
         last = sum;
@@ -135,15 +139,16 @@ TEST_CASE("deeper pushes back more")
 
 TEST_CASE("where the wall is a grid plane, the force begins at the centre of its cells, half a voxel deep")
 {
-    // The method's own step (section 3: the plane through the cell's centre), not an error: at -x and -z the wall's
-    // cells lie inside the wall.
+    // The method's own step (section 3: the plane through the cell's centre), not an error: at -x and -z the
+    // wall's cells lie inside the wall.
     for (const double angle : {180 * degree, 270 * degree}) {
         CHECK(length(assets().at(angle, 0.040, -0.0002, VXS_CONTACT_AVERAGE).wrench.force) == 0);
         const vxs_contact_result result = assets().at(angle, 0.040, -0.0003, VXS_CONTACT_AVERAGE);
         const double force = length(result.wrench.force);
         CHECK(result.points > 0);
         REQUIRE(force > 0);
-        const double along = (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
+        const double along =
+            (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
         CHECK(along > std::cos(5 * degree));
     }
 }
@@ -152,29 +157,34 @@ TEST_CASE("with the law gradient the force is that of an elastic foundation")
 {
     const Assets with_distance(ContactLaw::gradient);
     REQUIRE(vxs_contact_has_field(&with_distance.map, VXS_CONTACT_DISTANCE));
-    // The integral of the depth over the touching surface, a sphere's against a cylinder's, is c depth^2; with flat
-    // triangles the two touch later, by what the triangles lie inside the true surfaces: s, 20 um here.
+    // The integral of the depth over the touching surface, a sphere's against a cylinder's, is c depth^2;
+    // with flat triangles the two touch later, by what the triangles lie inside the true surfaces: s, 20 um
+    // here.
     const double c = 1000 * std::numbers::pi / std::sqrt((1 / radius + 1 / wall) / radius);
     double last_root = 0, last_depth = 0;
     for (const double depth : {0.0002, 0.0005, 0.0010}) {
         double root = 0, least = 1e9, most = 0, off = 0;
         for (int n = 0; n < 64; ++n) {
             const double angle = 5.625 * n * degree;
-            const vxs_contact_result result = with_distance.at(angle, 0.030 + 0.00037 * n, -depth, VXS_CONTACT_GRADIENT);
+            const vxs_contact_result result =
+                with_distance.at(angle, 0.030 + 0.00037 * n, -depth, VXS_CONTACT_GRADIENT);
             const double force = length(result.wrench.force), share = std::sqrt(force / c);
-            const double along = (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
+            const double along =
+                (result.wrench.force[0] * std::cos(angle) + result.wrench.force[2] * std::sin(angle)) / force;
             root += share / 64;
             least = std::min(least, share);
             most = std::max(most, share);
             off = std::max(off, std::acos(std::min(1.0, along)) / degree);
         }
         const double sag = depth - root;
-        MESSAGE("depth ", depth, " m: sqrt(F / c) ", root, " m, ", least, " to ", most, ", off by ", off, " degrees at most");
+        MESSAGE("depth ", depth, " m: sqrt(F / c) ", root, " m, ", least, " to ", most, ", off by ", off,
+                " degrees at most");
         CHECK(sag > 0);
         CHECK(sag < 25e-6);
         CHECK(most - least < 10e-6);
         CHECK(off < 0.5);
-        if (last_depth > 0) CHECK((root - last_root) / (depth - last_depth) == doctest::Approx(1).epsilon(0.005));
+        if (last_depth > 0)
+            CHECK((root - last_root) / (depth - last_depth) == doctest::Approx(1).epsilon(0.005));
         last_root = root;
         last_depth = depth;
     }
@@ -183,7 +193,8 @@ TEST_CASE("with the law gradient the force is that of an elastic foundation")
 TEST_CASE("with a budget of points the force stays, and does not jump")
 {
     const Assets with_distance(ContactLaw::gradient);
-    std::vector<std::max_align_t> room(vxs_contact_levels_memory(&with_distance.shell) / sizeof(std::max_align_t) + 1);
+    std::vector<std::max_align_t> room(
+        vxs_contact_levels_memory(&with_distance.shell) / sizeof(std::max_align_t) + 1);
     const auto size = room.size() * sizeof(std::max_align_t);
     vxs_contact_config config;
     vxs_contact_config_default(&config);
@@ -196,7 +207,8 @@ TEST_CASE("with a budget of points the force stays, and does not jump")
     const vxs_contact_static statics = {&with_distance.map, nullptr};
     vxs_pose pose = {{wall + radius, 0.04, 0}, {1, 0, 0, 0}};
     vxs_contact_result result;
-    CHECK(vxs_contact_evaluate(with_distance.contact, &statics, 1, &pose, &config, &result) == VXS_CONTACT_INVALID);
+    CHECK(vxs_contact_evaluate(with_distance.contact, &statics, 1, &pose, &config, &result) ==
+          VXS_CONTACT_INVALID);
     CHECK(vxs_contact_add_levels(with_distance.contact, room.data(), size - 64) == VXS_BUFFER);
     REQUIRE(vxs_contact_add_levels(with_distance.contact, room.data(), size) == VXS_OK);
 
@@ -208,7 +220,8 @@ TEST_CASE("with a budget of points the force stays, and does not jump")
         double last = 0, jump = 0, error = 0, largest = 0;
         std::uint32_t level = 0, most = 0, over = 0;
         for (int n = 0; n < ticks; ++n) {
-            const double depth = 0.001 * (1 - std::abs(2.0 * n / ticks - 1)), angle = 0.3 + 0.3 * n / ticks, r = wall + radius - depth;
+            const double depth = 0.001 * (1 - std::abs(2.0 * n / ticks - 1)), angle = 0.3 + 0.3 * n / ticks,
+                         r = wall + radius - depth;
             pose = {{r * std::cos(angle), 0.04, r * std::sin(angle)}, {1, 0, 0.2 * n / ticks, 0}};
             vxs_contact_evaluate(with_distance.contact, &statics, 1, &pose, &config, &result);
             const double force = length(result.wrench.force);
@@ -222,8 +235,9 @@ TEST_CASE("with a budget of points the force stays, and does not jump")
             over += (result.flags & VXS_CONTACT_OVER_BUDGET) != 0;
             if (limit > 0) CHECK((result.probed <= limit) == !(result.flags & VXS_CONTACT_OVER_BUDGET));
         }
-        MESSAGE("at most ", limit, " points: ", most, " looked at, level ", level, ", over budget ", over, " ticks, force off by ",
-                100 * error / largest, " % and jumps by ", 100 * jump / largest, " % of the largest");
+        MESSAGE("at most ", limit, " points: ", most, " looked at, level ", level, ", over budget ", over,
+                " ticks, force off by ", 100 * error / largest, " % and jumps by ", 100 * jump / largest,
+                " % of the largest");
         if (limit == 0) CHECK(level == 0);
         if (limit == 1000) CHECK(error < 0.03 * largest);
         if (limit == 300) CHECK(error < 0.10 * largest);
@@ -271,7 +285,8 @@ TEST_CASE("60 s on the simulated Phantom: no NaN, no missed state, the same trac
     Progress silent;
     const Assets &open = assets();
     const PlannedAsset standing[] = {{"cup.voxmap", open.map_file->content_hash()}};
-    const PlanFile plan = scene_plan(scene, scene.device, standing, {"sphere.pointshell", open.shell_file->content_hash()}, {}, {});
+    const PlanFile plan = scene_plan(scene, scene.device, standing,
+                                     {"sphere.pointshell", open.shell_file->content_hash()}, {}, {});
     const vxs_asset of_plan[] = {open.map_file->asset(), open.shell_file->asset()};
     const PlannedServo planned(plan, of_plan, "cup");
     const RunOptions options{60, false, true};
@@ -279,12 +294,13 @@ TEST_CASE("60 s on the simulated Phantom: no NaN, no missed state, the same trac
     CHECK(run.ticks == 60'000);
     CHECK(run.contact_ticks > 30'000);
     CHECK(run.output_peak > 0);
-    const std::uint32_t bad = VXS_SERVO_FAULT | VXS_SERVO_DEVICE_LOST | VXS_SERVO_DEVICE_STALE | VXS_SERVO_MISSED |
-                              VXS_CONTACT_INVALID | VXS_CONTACT_OVERFLOW;
+    const std::uint32_t bad = VXS_SERVO_FAULT | VXS_SERVO_DEVICE_LOST | VXS_SERVO_DEVICE_STALE |
+                              VXS_SERVO_MISSED | VXS_CONTACT_INVALID | VXS_CONTACT_OVERFLOW;
     CHECK((run.flags & bad) == 0);
     bool finite = true;
     for (const TraceRow &row : run.rows) {
-        for (const Point &point : {row.device, row.hand, row.collision_force, row.collision_torque, row.output_force}) {
+        for (const Point &point :
+             {row.device, row.hand, row.collision_force, row.collision_torque, row.output_force}) {
             finite = finite && std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
         }
     }
@@ -292,6 +308,6 @@ TEST_CASE("60 s on the simulated Phantom: no NaN, no missed state, the same trac
     const std::string trace = trace_csv(run.rows);
     CHECK(trace.find("nan") == std::string::npos);
     CHECK(trace == trace_csv(run_servo(planned, options, silent).rows));
-    MESSAGE("force at the hand ", run.output_peak, " N at most, collision ", run.collision_peak, " N at most, in contact ",
-            run.contact_ticks, " ticks");
+    MESSAGE("force at the hand ", run.output_peak, " N at most, collision ", run.collision_peak,
+            " N at most, in contact ", run.contact_ticks, " ticks");
 }

@@ -306,7 +306,8 @@ static void check_bad_input(void)
     CHECK_INT(vxs_contact_init(memory + 1, sizeof memory - 1, &shell, 1, &contact), VXS_BUFFER);
     CHECK_INT(vxs_contact_init(NULL, 0, &shell, 1, &contact), VXS_PARAM);
     CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, 0, &contact), VXS_PARAM);
-    CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, VXS_CONTACT_MAX_STATICS + 1, &contact), VXS_PARAM);
+    CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, VXS_CONTACT_MAX_STATICS + 1, &contact),
+              VXS_PARAM);
 
     vxs_contact_config odd = config;
     odd.struct_size--;

@@ -37,10 +37,14 @@ AssetKind asset_kind(const std::filesystem::path &path)
 const char *name_of(AssetKind kind)
 {
     switch (kind) {
-    case AssetKind::voxmap: return "voxmap";
-    case AssetKind::pointshell: return "pointshell";
-    case AssetKind::plan: return "plan";
-    case AssetKind::vdb: break;
+    case AssetKind::voxmap:
+        return "voxmap";
+    case AssetKind::pointshell:
+        return "pointshell";
+    case AssetKind::plan:
+        return "plan";
+    case AssetKind::vdb:
+        break;
     }
     return "vdb";
 }

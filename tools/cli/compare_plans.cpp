@@ -21,7 +21,8 @@ Comparison compare(const PlanFile &a, const PlanFile &b)
     const std::vector<PlanFact> of_a = plan_facts(a), of_b = plan_facts(b);
     for (const PlanFact &fact : of_a) {
         const std::string *other = find(of_b, fact.what);
-        if (!other || *other != fact.value) result.structure.push_back({fact.what, fact.value, other ? *other : "none"});
+        if (!other || *other != fact.value)
+            result.structure.push_back({fact.what, fact.value, other ? *other : "none"});
     }
     for (const PlanFact &fact : of_b) {
         if (!find(of_a, fact.what)) result.structure.push_back({fact.what, "none", fact.value});

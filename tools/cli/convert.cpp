@@ -32,9 +32,9 @@ using json = nlohmann::ordered_json;
 struct ConvertOptions : SharedOptions, ExtraOptions {
     std::vector<std::string> inputs;
     std::string folder, up = "y", shell = "exact";
-    double voxel = 0;           ///< [m]; 0: not given, or chosen
-    bool voxel_auto = false;    ///< --voxel auto
-    double weld = 0;            ///< [m]
+    double voxel = 0;        ///< [m]; 0: not given, or chosen
+    bool voxel_auto = false; ///< --voxel auto
+    double weld = 0;         ///< [m]
     bool inspect_mesh = false, explain = false;
     double close_gap = 0; ///< [m]
 };
@@ -117,19 +117,20 @@ class Convert {
     {
         const std::vector<Input> inputs = inputs_of(o_);
         if (o_.thin_shell > 0 && o_.shell == "naive")
-            throw Failure(ExitCode::usage, "", "--thin-shell: only for --shell exact, centres of cells do not lie flat");
+            throw Failure(ExitCode::usage, "",
+                          "--thin-shell: only for --shell exact, centres of cells do not lie flat");
         check_writable(o_.folder);
         if (!o_.report.empty()) check_writable(fs::path(o_.report).parent_path());
         json effective = {{"voxel_m", o_.voxel != 0 ? json(o_.voxel) : json(nullptr)},
-                         {"unit", o_.unit.empty() ? json(nullptr) : json(o_.unit)},
-                         {"up", o_.up},
-                         {"shell", o_.shell},
-                         {"close_gap_m", o_.close_gap},
-                         {"voxel_auto", o_.voxel_auto},
-                         {"weld_m", o_.weld},
-                         {"inspect_mesh", o_.inspect_mesh},
-                         {"strict", o_.strict},
-                         {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}};
+                          {"unit", o_.unit.empty() ? json(nullptr) : json(o_.unit)},
+                          {"up", o_.up},
+                          {"shell", o_.shell},
+                          {"close_gap_m", o_.close_gap},
+                          {"voxel_auto", o_.voxel_auto},
+                          {"weld_m", o_.weld},
+                          {"inspect_mesh", o_.inspect_mesh},
+                          {"strict", o_.strict},
+                          {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}};
         effective.update(extra_json(o_));
         report_.options(effective);
         ExitCode worst = ExitCode::ok;
@@ -212,15 +213,17 @@ class Convert {
             made.push_back({parts.moving[n].name, geometry.moving[n].source_hash, parts.moving[n]});
             more.emplace_back(moving_ending(n), &parts.moving[n].voxmap);
         }
-        write(input, scene.voxel, made, parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell, more);
+        write(input, scene.voxel, made, parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell,
+              more);
         if (!o_.explain || o_.json) return;
         fmt::print("why each byte is there:\n");
         explain_asset(scene, input.name + ".voxmap", parts.statics.voxmap);
-        for (std::size_t n = 0; n < parts.moving.size(); ++n) explain_asset(scene, input.name + moving_ending(n), parts.moving[n].voxmap);
+        for (std::size_t n = 0; n < parts.moving.size(); ++n)
+            explain_asset(scene, input.name + moving_ending(n), parts.moving[n].voxmap);
         explain_asset(scene, input.name + ".pointshell", parts.dynamic.pointshell);
         explain_asset(scene, input.name + ".plan", plan);
-        fmt::print("  {:<24}      {:>12} bytes  people and other programs: no run reads it\n", input.name + ".vdb",
-                   format_count(parts.statics.vdb.size()));
+        fmt::print("  {:<24}      {:>12} bytes  people and other programs: no run reads it\n",
+                   input.name + ".vdb", format_count(parts.statics.vdb.size()));
     }
 
     using Bytes = std::vector<std::uint8_t>;
@@ -231,14 +234,16 @@ class Convert {
     };
 
     void write(const Input &input, double voxel, const std::vector<Made> &made, const Bytes &vdb,
-               const Bytes &voxmap, const Bytes &pointshell, const std::vector<std::pair<std::string, const Bytes *>> &more = {})
+               const Bytes &voxmap, const Bytes &pointshell,
+               const std::vector<std::pair<std::string, const Bytes *>> &more = {})
     {
         Outputs outputs(o_.force);
         const fs::path base = fs::path(o_.folder) / input.name;
         std::vector<std::pair<std::string, const Bytes *>> files{
             {".vdb", &vdb}, {".voxmap", &voxmap}, {".pointshell", &pointshell}};
         files.insert(files.end(), more.begin(), more.end());
-        for (const auto &[ending, bytes] : files) outputs.add(base.string() + ending, *bytes, progress_.get());
+        for (const auto &[ending, bytes] : files)
+            outputs.add(base.string() + ending, *bytes, progress_.get());
         progress_->check(); // the last chance: from here on the files are there
         outputs.commit();
 
@@ -251,7 +256,8 @@ class Convert {
         for (const auto &[ending, bytes] : files) report_.output(base.string() + ending, *bytes);
         std::string wrote;
         for (const auto &[ending, bytes] : files)
-            wrote += fmt::format("{}{} ({})", wrote.empty() ? base.string() : ", ", ending, format_size(bytes->size()));
+            wrote += fmt::format("{}{} ({})", wrote.empty() ? base.string() : ", ", ending,
+                                 format_size(bytes->size()));
         if (!o_.json) fmt::print("  wrote   {}\n", wrote);
         std::fflush(stdout);
     }
@@ -272,10 +278,12 @@ class Convert {
     void tell_mesh(const Part &part) const
     {
         const MeshReport &mesh = part.mesh;
-        if (!part.voxel_why.empty()) fmt::print("  voxel   {}: {}\n", format_length(part.voxel), part.voxel_why);
+        if (!part.voxel_why.empty())
+            fmt::print("  voxel   {}: {}\n", format_length(part.voxel), part.voxel_why);
         std::string said;
         const auto count = [&](std::uint64_t n, const char *what) {
-            if (n || o_.inspect_mesh) said += fmt::format("{}{} {}", said.empty() ? "" : ", ", format_count(n), what);
+            if (n || o_.inspect_mesh)
+                said += fmt::format("{}{} {}", said.empty() ? "" : ", ", format_count(n), what);
         };
         count(mesh.boundary_edges, "boundary edges");
         count(mesh.non_manifold_edges, "non-manifold edges");
@@ -283,11 +291,12 @@ class Convert {
         count(mesh.duplicate, "duplicates");
         count(mesh.degenerate, "without area");
         count(part.orient.flipped, "turned");
-        count(part.self_intersections.value_or(0), part.self_intersections ? "cut others" : "cut others (not checked)");
+        count(part.self_intersections.value_or(0),
+              part.self_intersections ? "cut others" : "cut others (not checked)");
         if (part.stitch.vertices || o_.weld > 0)
-            said += fmt::format("{}{} edges closed by moving {} vertices at most {}", said.empty() ? "" : ", ",
-                                format_count(part.stitch.closed_edges), format_count(part.stitch.vertices),
-                                format_length(part.stitch.farthest));
+            said += fmt::format("{}{} edges closed by moving {} vertices at most {}",
+                                said.empty() ? "" : ", ", format_count(part.stitch.closed_edges),
+                                format_count(part.stitch.vertices), format_length(part.stitch.farthest));
         if (!said.empty()) fmt::print("  mesh    {} shells: {}\n", format_count(mesh.shells), said);
         const Thickness &walls = part.thickness;
         const bool thin = walls.share_below(wall_of(3, part.voxel)) > 0.01;
@@ -300,9 +309,11 @@ class Convert {
         for (const double voxels : thickness_classes)
             shares += fmt::format("{}{:.3g} % below {:g}", shares.empty() ? "" : ", ",
                                   100 * walls.share_below(wall_of(voxels, part.voxel)), voxels);
-        fmt::print("  walls   99 % at least {}, half at least {}; thinnest {} at ({:.6g}, {:.6g}, {:.6g}) m; {} voxels\n",
-                   format_length(walls.quantile(0.01)), format_length(walls.quantile(0.5)), format_length(walls.thinnest),
-                   walls.thinnest_at[0], walls.thinnest_at[1], walls.thinnest_at[2], shares);
+        fmt::print("  walls   99 % at least {}, half at least {}; thinnest {} at ({:.6g}, {:.6g}, {:.6g}) m; "
+                   "{} voxels\n",
+                   format_length(walls.quantile(0.01)), format_length(walls.quantile(0.5)),
+                   format_length(walls.thinnest), walls.thinnest_at[0], walls.thinnest_at[1],
+                   walls.thinnest_at[2], shares);
     }
 
     void foresee(const Input &input)
@@ -326,14 +337,16 @@ class Convert {
         if (o_.weld > 0) stitch_within(mesh, o_.weld);
         if (!(voxel > 0)) { // what convert_part() would choose
             orient(mesh);
-            const VoxelChoice choice = choose_voxel(mesh, thickness(mesh, *progress_), o_.max_memory.value_or(machine_memory()), o_.channels);
+            const VoxelChoice choice = choose_voxel(mesh, thickness(mesh, *progress_),
+                                                    o_.max_memory.value_or(machine_memory()), o_.channels);
             voxel = choice.voxel;
             if (!o_.json) fmt::print("{}: voxel {}: {}\n", label, format_length(voxel), choice.why);
         }
         const Estimate e = estimate(mesh, voxel, o_.channels, o_.shell_spacing);
         check_budget(mesh, voxel, o_.max_memory.value_or(machine_memory()), o_.channels);
         if (o_.shell_spacing > 0)
-            check_budget(mesh, o_.shell_spacing, o_.max_memory.value_or(machine_memory()), {}, "shell spacing");
+            check_budget(mesh, o_.shell_spacing, o_.max_memory.value_or(machine_memory()), {},
+                         "shell spacing");
         foreseen_["estimates"].push_back({{"name", input.kind == InputKind::scene ? label : input.name},
                                           {"triangles", mesh.triangles.size()},
                                           {"surface_cells", std::llround(e.surface_cells)},
@@ -370,9 +383,11 @@ VerbAction add_convert(CLI::App &verb)
 {
     auto o = std::make_shared<ConvertOptions>();
     verb.add_option("INPUT", o->inputs,
-                    "parts: .stl, .gltf, .glb, and scenes: .scene.json; each makes NAME.vdb, .voxmap, .pointshell, and a scene NAME.plan")
+                    "parts: .stl, .gltf, .glb, and scenes: .scene.json; each makes NAME.vdb, .voxmap, "
+                    ".pointshell, and a scene NAME.plan")
         ->required();
-    verb.add_flag("--explain", o->explain, "of a scene: each section of its files with its bytes, and what reads it");
+    verb.add_flag("--explain", o->explain,
+                  "of a scene: each section of its files with its bytes, and what reads it");
     verb.add_flag_callback(
             "--example-scene",
             [] {
@@ -395,7 +410,8 @@ VerbAction add_convert(CLI::App &verb)
                     throw Failure(failure.code, "", std::string("--voxel: ") + failure.what());
                 }
             },
-            "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m), or auto: three voxels for 99 % of "
+            "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m), or auto: three voxels for 99 "
+            "% of "
             "the walls (no default: required; a scene has it)")
         ->type_name("LEN");
     verb.add_option(
@@ -407,10 +423,12 @@ VerbAction add_convert(CLI::App &verb)
                "fill a leaking part as if holes narrower than this were closed; cells and points stay "
                "(default: none; up to 64 voxels)");
     add_length(verb, "--weld", o->weld,
-               "stitch cracks: move border vertices that are nearer than this onto each other (default: none; up to a "
+               "stitch cracks: move border vertices that are nearer than this onto each other (default: "
+               "none; up to a "
                "hundredth of the part)");
-    verb.add_flag("--inspect-mesh", o->inspect_mesh,
-                  "tell all about the mesh, and look for self-intersections in parts of more than 20 000 triangles");
+    verb.add_flag(
+        "--inspect-mesh", o->inspect_mesh,
+        "tell all about the mesh, and look for self-intersections in parts of more than 20 000 triangles");
     verb.add_option("--shell", o->shell,
                     "points: exact (on the surface) or naive (centres of cells) (default exact)")
         ->check(CLI::IsMember({"exact", "naive"}))

@@ -27,8 +27,8 @@ Number parse_number(std::string_view text, std::string_view what, Number low, Nu
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size() || !(value >= low && value <= high))
         throw Failure(ExitCode::usage, "",
-                      fmt::format("--channels: '{}' is not a number of cells from {} to {}, as {}:3 needs", text, low,
-                                  high, what));
+                      fmt::format("--channels: '{}' is not a number of cells from {} to {}, as {}:3 needs",
+                                  text, low, high, what));
     return value;
 }
 
@@ -41,16 +41,22 @@ ChannelRequest parse_channels(std::string_view text)
         const std::size_t comma = text.find(',');
         more = comma != std::string_view::npos;
         const std::string_view item = text.substr(0, comma), name = item.substr(0, item.find(':'));
-        const std::string_view value = name.size() < item.size() ? item.substr(name.size() + 1) : std::string_view();
+        const std::string_view value =
+            name.size() < item.size() ? item.substr(name.size() + 1) : std::string_view();
         if (more) text.remove_prefix(comma + 1);
-        const bool twice = (name == "layers" && request.layers > 0) || (name == "distance" && request.distance_cells > 0);
+        const bool twice =
+            (name == "layers" && request.layers > 0) || (name == "distance" && request.distance_cells > 0);
         if (twice) throw Failure(ExitCode::usage, "", fmt::format("--channels: {} occurs twice", name));
-        if (name == "layers") request.layers = parse_number<int>(value, name, 1, most_layers);
-        else if (name == "distance") request.distance_cells = parse_number<double>(value, name, 1, most_distance_cells);
+        if (name == "layers")
+            request.layers = parse_number<int>(value, name, 1, most_layers);
+        else if (name == "distance")
+            request.distance_cells = parse_number<double>(value, name, 1, most_distance_cells);
         else
-            throw Failure(ExitCode::usage, "",
-                          fmt::format("--channels: '{}' is neither layers:N nor distance:CELLS, as in layers:3,distance:3",
-                                      item));
+            throw Failure(
+                ExitCode::usage, "",
+                fmt::format(
+                    "--channels: '{}' is neither layers:N nor distance:CELLS, as in layers:3,distance:3",
+                    item));
     }
     return request;
 }
@@ -58,17 +64,20 @@ ChannelRequest parse_channels(std::string_view text)
 void add_extra(CLI::App &verb, ExtraOptions &o)
 {
     add_length(verb, "--shell-spacing", o.shell_spacing,
-               "make the points with cells of this edge, coarser or finer than the map's (default: the voxel); points "
+               "make the points with cells of this edge, coarser or finer than the map's (default: the "
+               "voxel); points "
                "are at most three of these apart");
-    verb.add_option("--thin-shell", o.thin_shell,
-                    "fewer points where the surface is flat: one stands for a block of 2 x 2 x 2 cells where normals "
-                    "differ by at most DEGREES; adjacent points stay within three voxels, area weights add up as "
-                    "before; contact with edges and pins is found later (default: none; 0.1 to 30)")
+    verb.add_option(
+            "--thin-shell", o.thin_shell,
+            "fewer points where the surface is flat: one stands for a block of 2 x 2 x 2 cells where normals "
+            "differ by at most DEGREES; adjacent points stay within three voxels, area weights add up as "
+            "before; contact with edges and pins is found later (default: none; 0.1 to 30)")
         ->check(CLI::Range(0.1, 30.0))
         ->type_name("DEGREES");
     verb.add_option_function<std::string>(
             "--channels", [&o](const std::string &value) { o.channels = parse_channels(value); },
-            "channels of the map, as layers:3,distance:3: rings around the surface (1 to 8), distance from it (1 to 64 "
+            "channels of the map, as layers:3,distance:3: rings around the surface (1 to 8), distance from "
+            "it (1 to 64 "
             "cells) (default: none)")
         ->type_name("LIST");
 }
@@ -103,14 +112,16 @@ void tell_points(const Part &part)
 {
     const std::string cells =
         part.shell_voxel != part.voxel ? fmt::format(" (of {})", format_length(part.shell_voxel)) : "";
-    fmt::print("  points  {}, gap at most {:.3f} voxels{}, at most {} off the surface\n", format_count(part.points),
-               part.gap_max / part.shell_voxel, cells, format_length(part.surface_error));
+    fmt::print("  points  {}, gap at most {:.3f} voxels{}, at most {} off the surface\n",
+               format_count(part.points), part.gap_max / part.shell_voxel, cells,
+               format_length(part.surface_error));
     const Thinning &t = part.thinning;
     if (t.angle > 0)
-        fmt::print("  thinned from {} points, gap at most {:.3f} voxels before; a point left out is at most {} from the "
+        fmt::print("  thinned from {} points, gap at most {:.3f} voxels before; a point left out is at most "
+                   "{} from the "
                    "one that stands for it, normals differ by at most {:.2g} degrees\n",
-                   format_count(t.points_before), t.gap_before / part.shell_voxel, format_length(t.distance_max),
-                   degrees(t.normal_max));
+                   format_count(t.points_before), t.gap_before / part.shell_voxel,
+                   format_length(t.distance_max), degrees(t.normal_max));
     if (part.distance_error > 0) fmt::print("  distance right to {}\n", format_length(part.distance_error));
 }
 

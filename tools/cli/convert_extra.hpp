@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What convert makes only where it is asked for: a shell of another spacing, a thinned one, channels of the map.
+// What convert makes only where it is asked for: a shell of another spacing, a thinned one, channels of the
+// map.
 #pragma once
 
 #include "pipeline/convert_part.hpp"

@@ -6,9 +6,9 @@
 #include "cli/scene_assets.hpp"
 #include "cli/verb.hpp"
 #include "pipeline/output.hpp"
+#include "plan/scene_contact.hpp"
 #include "scene/quantity.hpp"
 #include "study/plot_design.hpp"
-#include "plan/scene_contact.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -167,10 +167,10 @@ json margins_json(const Margins &margins)
 json push_json(const std::optional<PushDesign> &push)
 {
     if (!push) return nullptr;
-    return {{"speed_m_per_s", push->speed},        {"wall_m", push->wall},
-            {"middle_m", push->middle},            {"arm", push->arm},
-            {"device_m", push->stopped.device},    {"body_m", push->stopped.body},
-            {"device_at_best_m", push->at_best},   {"holds", push->holds()}};
+    return {{"speed_m_per_s", push->speed},      {"wall_m", push->wall},
+            {"middle_m", push->middle},          {"arm", push->arm},
+            {"device_m", push->stopped.device},  {"body_m", push->stopped.body},
+            {"device_at_best_m", push->at_best}, {"holds", push->holds()}};
 }
 
 template<class F>
@@ -288,10 +288,11 @@ void tell(const Question &q, const Design &d)
         fmt::print("  chosen    {}\n", d.chosen);
     }
     if (d.push) {
-        fmt::print("  push      at {:.3g} m/s into {:.3g} mm, by {}: the device comes {:.2f} mm in (its peak force at once would stop it after "
+        fmt::print("  push      at {:.3g} m/s into {:.3g} mm, by {}: the device comes {:.2f} mm in (its peak "
+                   "force at once would stop it after "
                    "{:.2f}), what feels contact {:.2f} mm\n",
-                   d.push->speed, 1e3 * d.push->wall, d.push->arm == "free" ? "nobody" : "a " + d.push->arm, 1e3 * d.push->stopped.device,
-                   1e3 * d.push->at_best, 1e3 * d.push->stopped.body);
+                   d.push->speed, 1e3 * d.push->wall, d.push->arm == "free" ? "nobody" : "a " + d.push->arm,
+                   1e3 * d.push->stopped.device, 1e3 * d.push->at_best, 1e3 * d.push->stopped.body);
     }
     fmt::print("\n  {:<8}{:>12}{:>11}{:>10}{:>11}{:>10}{:>16}{:>23}\n", "arm", "K_max N/m", "hunts from",
                "gain dB", "phase deg", "delay ms", "passive to N/m", "damping missing N s/m");

@@ -21,7 +21,8 @@ std::string distance_readers(const SceneFile &scene)
     const auto add = [&](const std::string &more) { text += (text.empty() ? "" : ", ") + more; };
     if (scene.law == ContactLaw::gradient) add("law gradient");
     if (scene.field == ContactField::distance) add("field distance");
-    if (distance_reach(scene) > 0) add(fmt::format("an effect that looks {} far", format_length(distance_reach(scene))));
+    if (distance_reach(scene) > 0)
+        add(fmt::format("an effect that looks {} far", format_length(distance_reach(scene))));
     return text.empty() ? "nothing in this scene: --channels asked for it" : text;
 }
 
@@ -29,33 +30,51 @@ std::string distance_readers(const SceneFile &scene)
 std::string reader(const SceneFile &scene, std::uint32_t id)
 {
     switch (id) {
-    case VXS_VOXMAP_SECTION_GRID: return "contact: where cells are";
+    case VXS_VOXMAP_SECTION_GRID:
+        return "contact: where cells are";
     case VXS_VOXMAP_SECTION_ROOT:
     case VXS_VOXMAP_SECTION_CHNK:
-    case VXS_VOXMAP_SECTION_BRIK: return "contact: which cell a point is in";
-    case VXS_VOXMAP_SECTION_LAYR: return scene.field == ContactField::layers ? "field layers" : "nothing in this scene: --channels asked for it";
-    case VXS_VOXMAP_SECTION_DIST: return distance_readers(scene);
+    case VXS_VOXMAP_SECTION_BRIK:
+        return "contact: which cell a point is in";
+    case VXS_VOXMAP_SECTION_LAYR:
+        return scene.field == ContactField::layers ? "field layers"
+                                                   : "nothing in this scene: --channels asked for it";
+    case VXS_VOXMAP_SECTION_DIST:
+        return distance_readers(scene);
     case VXS_VOXMAP_SECTION_CLRX:
     case VXS_VOXMAP_SECTION_CLRV:
     case VXS_VOXMAP_SECTION_CLRC:
-    case VXS_VOXMAP_SECTION_CLRP: return "contact: which points need no look";
-    case VXS_POINTSHELL_SECTION_SHEL: return "contact: how many points there are";
+    case VXS_VOXMAP_SECTION_CLRP:
+        return "contact: which points need no look";
+    case VXS_POINTSHELL_SECTION_SHEL:
+        return "contact: how many points there are";
     case VXS_POINTSHELL_SECTION_POSX:
     case VXS_POINTSHELL_SECTION_POSY:
-    case VXS_POINTSHELL_SECTION_POSZ: return "contact: where points are";
+    case VXS_POINTSHELL_SECTION_POSZ:
+        return "contact: where points are";
     case VXS_POINTSHELL_SECTION_NRMX:
     case VXS_POINTSHELL_SECTION_NRMY:
-    case VXS_POINTSHELL_SECTION_NRMZ: return "contact: where points push";
+    case VXS_POINTSHELL_SECTION_NRMZ:
+        return "contact: where points push";
     case VXS_POINTSHELL_SECTION_AREA:
-        return scene.weighting == Weighting::area ? "weighting area" : "nothing in this scene: the format has it always (S101)";
-    case VXS_POINTSHELL_SECTION_CLUS: return "contact: which points need no look";
-    case VXS_PLAN_SECTION_PLAN: return "the servo's config";
-    case VXS_PLAN_SECTION_ASST: return "which assets, and that they are these";
-    case VXS_PLAN_SECTION_EFCT: return fmt::format("the {} effects that the scene asks for", scene.effects.size());
-    case VXS_PLAN_SECTION_MOVE: return "the effect motion";
-    case VXS_PLAN_SECTION_HAND: return "the hand of a simulated run";
-    case VXS_SECTION_META: return "people";
-    default: return "";
+        return scene.weighting == Weighting::area ? "weighting area"
+                                                  : "nothing in this scene: the format has it always (S101)";
+    case VXS_POINTSHELL_SECTION_CLUS:
+        return "contact: which points need no look";
+    case VXS_PLAN_SECTION_PLAN:
+        return "the servo's config";
+    case VXS_PLAN_SECTION_ASST:
+        return "which assets, and that they are these";
+    case VXS_PLAN_SECTION_EFCT:
+        return fmt::format("the {} effects that the scene asks for", scene.effects.size());
+    case VXS_PLAN_SECTION_MOVE:
+        return "the effect motion";
+    case VXS_PLAN_SECTION_HAND:
+        return "the hand of a simulated run";
+    case VXS_SECTION_META:
+        return "people";
+    default:
+        return "";
     }
 }
 
@@ -71,10 +90,12 @@ void explain_asset(const SceneFile &scene, const std::string &name, std::span<co
         std::memcpy(&entry, bytes.data() + sizeof header + n * sizeof entry, sizeof entry);
         char id[5] = {};
         std::memcpy(id, &entry.id, 4);
-        fmt::print("  {:<24} {} {:>12} bytes  {}\n", n == 0 ? name : "", id, format_count(entry.size), reader(scene, entry.id));
+        fmt::print("  {:<24} {} {:>12} bytes  {}\n", n == 0 ? name : "", id, format_count(entry.size),
+                   reader(scene, entry.id));
         named += entry.size;
     }
-    fmt::print("  {:<24}      {:>12} bytes  header, table, padding to 64\n", "", format_count(bytes.size() - named));
+    fmt::print("  {:<24}      {:>12} bytes  header, table, padding to 64\n", "",
+               format_count(bytes.size() - named));
 }
 
 } // namespace voxshell

@@ -61,12 +61,15 @@ ExitCode run(const ExportOptions &o)
 {
     const fs::path input(o.input), output(o.output);
     const AssetKind kind = asset_kind(input);
-    if (kind == AssetKind::plan) throw Failure(ExitCode::unsupported, input.string(), "a plan has no cells and no points; voxshell inspect tells what it says");
+    if (kind == AssetKind::plan)
+        throw Failure(ExitCode::unsupported, input.string(),
+                      "a plan has no cells and no points; voxshell inspect tells what it says");
     const std::vector<std::string> known = endings(kind);
     const std::string ending = output.extension().string();
     if (std::find(known.begin(), known.end(), ending) == known.end())
         throw Failure(ExitCode::usage, output.string(),
-                      fmt::format("a {} is exported as {}: the ending says which", name_of(kind), fmt::join(known, ", ")));
+                      fmt::format("a {} is exported as {}: the ending says which", name_of(kind),
+                                  fmt::join(known, ", ")));
     const Write write = kind == AssetKind::pointshell
                             ? write_points(std::make_shared<PointshellFile>(read_pointshell(input)), ending)
                             : write_cells(std::make_shared<VoxmapFile>(read_cells(input, kind)), ending);
@@ -94,7 +97,8 @@ VerbAction add_export(CLI::App &verb)
     auto o = std::make_shared<ExportOptions>();
     verb.add_option("FILE", o->input, ".voxmap, .vdb or .pointshell")->required();
     verb.add_option("-o,--output", o->output,
-                    "cells: .vdb or .voxmap (without loss), .nvdb (NanoVDB, for GPUs), .csv (i,j,k,state), .ply or .glb (the skin of the surface cells); "
+                    "cells: .vdb or .voxmap (without loss), .nvdb (NanoVDB, for GPUs), .csv (i,j,k,state), "
+                    ".ply or .glb (the skin of the surface cells); "
                     "points: .ply (x y z nx ny nz area), .csv, .glb")
         ->required()
         ->type_name("OUT");

@@ -182,9 +182,14 @@ Told inspect_plan(const fs::path &path)
     told.as_json["law"] = law_name(info.law);
     told.as_json["field"] = field_name(info.field);
     told.as_json["weighting"] = weighting_name(info.weighting);
-    json coupling = {{"kind", vxs_coupling_kind_name(info.coupling)}, {"designed", (info.flags & VXS_PLAN_FLAG_DESIGNED) != 0}};
-    for (const auto &[name, value] : {std::pair{"omega0", info.omega0}, {"damping", info.damping}, {"gain", info.gain},
-                                      {"stiffness", info.coupling_stiffness}, {"radius", info.radius}, {"mass", info.mass}}) {
+    json coupling = {{"kind", vxs_coupling_kind_name(info.coupling)},
+                     {"designed", (info.flags & VXS_PLAN_FLAG_DESIGNED) != 0}};
+    for (const auto &[name, value] : {std::pair{"omega0", info.omega0},
+                                      {"damping", info.damping},
+                                      {"gain", info.gain},
+                                      {"stiffness", info.coupling_stiffness},
+                                      {"radius", info.radius},
+                                      {"mass", info.mass}}) {
         if (value > 0) coupling[name] = value;
     }
     told.as_json["coupling"] = coupling;
@@ -193,20 +198,23 @@ Told inspect_plan(const fs::path &path)
     for (const vxs_plan_asset &asset : plan.assets) {
         Sha256 hash;
         std::ranges::copy(asset.content_hash, hash.begin());
-        told.as_json["assets"].push_back({{"role", asset.role == VXS_PLAN_ROLE_DYNAMIC ? "dynamic" : "static"},
-                                          {"name", text_of(asset.name)},
-                                          {"content_hash", hex(hash)}});
+        told.as_json["assets"].push_back(
+            {{"role", asset.role == VXS_PLAN_ROLE_DYNAMIC ? "dynamic" : "static"},
+             {"name", text_of(asset.name)},
+             {"content_hash", hex(hash)}});
     }
     told.as_json["effects"] = json::array();
     for (const vxs_plan_effect &effect : plan.effects) {
-        told.as_json["effects"].push_back({{"kind", text_of(effect.kind)},
-                                           {"constants", std::vector<double>(effect.constants, effect.constants + effect.constant_count)}});
+        told.as_json["effects"].push_back(
+            {{"kind", text_of(effect.kind)},
+             {"constants", std::vector<double>(effect.constants, effect.constants + effect.constant_count)}});
     }
     told.as_json["hand_keyframes"] = plan.hand.size();
     told.as_json["motion_keyframes"] = plan.moves.size();
     told.first = fmt::format("{}: plan {}, {} at {} Hz, {} effects, {}, source {}", path.filename().string(),
-                             told.as_json["format"].get<std::string>(), text_of(info.device), info.rate, plan.effects.size(),
-                             format_size(told.as_json["bytes"].get<std::uint64_t>()), told.as_json["source_sha256"].get<std::string>().substr(0, 12));
+                             told.as_json["format"].get<std::string>(), text_of(info.device), info.rate,
+                             plan.effects.size(), format_size(told.as_json["bytes"].get<std::uint64_t>()),
+                             told.as_json["source_sha256"].get<std::string>().substr(0, 12));
     for (const PlanFact &fact : plan_facts(plan)) told.rows.push_back({fact.what, fact.value});
     tell_hashes(told, plan.meta);
     return told;
@@ -224,10 +232,9 @@ VerbAction add_inspect(CLI::App &verb)
     add_shared(verb, *o, {Shared::format});
     return [o] {
         const AssetKind kind = asset_kind(o->file);
-        const Told told =
-            kind == AssetKind::plan         ? inspect_plan(o->file)
-            : kind == AssetKind::pointshell ? inspect_shell(o->file)
-                                            : inspect_cells(o->file, kind);
+        const Told told = kind == AssetKind::plan         ? inspect_plan(o->file)
+                          : kind == AssetKind::pointshell ? inspect_shell(o->file)
+                                                          : inspect_cells(o->file, kind);
         if (o->json) {
             fmt::print("{}", json_text(told.as_json));
             return ExitCode::ok;

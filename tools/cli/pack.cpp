@@ -83,8 +83,8 @@ ExitCode pack(const PackOptions &o)
     outputs.add(output, bytes, progress.get());
     outputs.commit();
     if (!o.quiet)
-        fmt::print("{}: {} surface, {} interior cells of {}, {}\n", output.string(),
-                   format_count(surface), format_count(interior), format_length(voxel), format_size(bytes.size()));
+        fmt::print("{}: {} surface, {} interior cells of {}, {}\n", output.string(), format_count(surface),
+                   format_count(interior), format_length(voxel), format_size(bytes.size()));
     return ExitCode::ok;
 }
 

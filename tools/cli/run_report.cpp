@@ -16,7 +16,9 @@ namespace {
 json mesh_json(const Part &part)
 {
     const MeshReport &mesh = part.mesh;
-    const auto or_null = [](const std::optional<std::uint64_t> &count) { return count ? json(*count) : json(nullptr); };
+    const auto or_null = [](const std::optional<std::uint64_t> &count) {
+        return count ? json(*count) : json(nullptr);
+    };
     return {{"boundary_edges", mesh.boundary_edges},
             {"open_edges_on_lattice", or_null(part.open_on_lattice)},
             {"non_manifold_edges", mesh.non_manifold_edges},

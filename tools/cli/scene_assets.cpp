@@ -60,13 +60,15 @@ SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::
         Outputs outputs(false);
         outputs.add(folder / (scene_name(scene.path) + ".voxmap"), parts.statics.voxmap);
         outputs.add(folder / (scene_name(scene.path) + ".pointshell"), parts.dynamic.pointshell);
-        for (std::size_t n = 0; n < parts.moving.size(); ++n) outputs.add(folder / (scene_name(scene.path) + moving_ending(n)), parts.moving[n].voxmap);
+        for (std::size_t n = 0; n < parts.moving.size(); ++n)
+            outputs.add(folder / (scene_name(scene.path) + moving_ending(n)), parts.moving[n].voxmap);
         outputs.commit();
     }
     mass = scene_mass(scene, geometry.dynamic);
     name_ = scene_name(scene.path);
     voxmaps_.push_back(open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics));
-    for (std::size_t n = 0; n < geometry.moving.size(); ++n) voxmaps_.push_back(open(folder, scene, moving_ending(n), VXS_ASSET_VOXMAP, geometry.moving[n]));
+    for (std::size_t n = 0; n < geometry.moving.size(); ++n)
+        voxmaps_.push_back(open(folder, scene, moving_ending(n), VXS_ASSET_VOXMAP, geometry.moving[n]));
     pointshell_ = open(folder, scene, ".pointshell", VXS_ASSET_POINTSHELL, geometry.dynamic);
     vxs_voxmap_open(&voxmaps_[0]->asset(), &map);
     vxs_pointshell_open(&pointshell_->asset(), &shell);
@@ -78,7 +80,8 @@ std::vector<PlannedAsset> SceneAssets::statics() const
 {
     std::vector<PlannedAsset> named;
     for (const auto &file : voxmaps_) {
-        named.push_back({name_ + (named.empty() ? ".voxmap" : moving_ending(named.size() - 1)), file->content_hash()});
+        named.push_back(
+            {name_ + (named.empty() ? ".voxmap" : moving_ending(named.size() - 1)), file->content_hash()});
     }
     return named;
 }
@@ -99,7 +102,8 @@ std::vector<vxs_asset> SceneAssets::all() const
 PlanAssets::PlanAssets(const PlanFile &plan, const fs::path &folder)
 {
     for (const vxs_plan_asset &asset : plan.assets) {
-        const std::uint32_t kind = asset.role == VXS_PLAN_ROLE_STATIC ? VXS_ASSET_VOXMAP : VXS_ASSET_POINTSHELL;
+        const std::uint32_t kind =
+            asset.role == VXS_PLAN_ROLE_STATIC ? VXS_ASSET_VOXMAP : VXS_ASSET_POINTSHELL;
         files_.push_back(std::make_unique<AssetFile>(folder / text_of(asset.name), kind));
         open_.push_back(files_.back()->asset());
     }

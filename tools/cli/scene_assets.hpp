@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A scene's two assets, open: those of a folder if they are this scene's, else made for this run. And those that a plan names.
+// A scene's two assets, open: those of a folder if they are this scene's, else made for this run. And those
+// that a plan names.
 #pragma once
 
 #include "cli/progress.hpp"
@@ -29,7 +30,7 @@ class SceneAssets {
 
     vxs_voxmap map{};
     vxs_pointshell shell{};
-    std::optional<MassProperties> mass; ///< scene_mass()
+    std::optional<MassProperties> mass;        ///< scene_mass()
     std::vector<PlannedAsset> statics() const; ///< as scene_plan() takes them
     PlannedAsset dynamic() const;
     std::vector<vxs_asset> all() const; ///< statics, then the dynamic: a plan's order

@@ -4,10 +4,10 @@
 #include "cli/run_report.hpp"
 #include "cli/scene_assets.hpp"
 #include "cli/verb.hpp"
-#include "plan/scene_contact.hpp"
-#include "plan/scene_plan.hpp"
 #include "pipeline/convert_scene.hpp"
 #include "pipeline/output.hpp"
+#include "plan/scene_contact.hpp"
+#include "plan/scene_plan.hpp"
 #include "study/servo_run.hpp"
 
 #include "voxshell/servo.h"
@@ -37,7 +37,8 @@ std::string flags_text(const ServoRun &run)
     std::string text;
     for (unsigned bit = 0; bit < run.flag_ticks.size(); ++bit) {
         if (run.flag_ticks[bit] && !flag_name(bit).empty()) {
-            text += fmt::format("{}{} ({} ticks)", text.empty() ? "" : ", ", flag_name(bit), run.flag_ticks[bit]);
+            text +=
+                fmt::format("{}{} ({} ticks)", text.empty() ? "" : ", ", flag_name(bit), run.flag_ticks[bit]);
         }
     }
     return text.empty() ? "none" : text;
@@ -45,8 +46,8 @@ std::string flags_text(const ServoRun &run)
 
 std::string durations_text(const Durations &ns)
 {
-    return fmt::format("p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.1f} us", ns.p50 / 1e3, ns.p99 / 1e3, ns.p999 / 1e3,
-                       ns.max / 1e3);
+    return fmt::format("p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.1f} us", ns.p50 / 1e3, ns.p99 / 1e3,
+                       ns.p999 / 1e3, ns.max / 1e3);
 }
 
 json durations_json(const Durations &ns)
@@ -60,19 +61,22 @@ void tell(const PlannedServo &planned, const std::string &name, const ServoRun &
     fmt::print("{}: {} s, {} ticks at {} Hz on {}, held by {}\n", name, seconds, format_count(run.ticks),
                planned.rate, planned.device, planned.arm == "free" ? "nobody" : "a " + planned.arm);
     fmt::print("  coupling {}\n", planned.coupling);
-    fmt::print("  force   at the hand {:.3f} N at most, {:.3f} N mean in contact; collision {:.3f} N at most\n",
-               run.output_peak, run.output_mean, run.collision_peak);
+    fmt::print(
+        "  force   at the hand {:.3f} N at most, {:.3f} N mean in contact; collision {:.3f} N at most\n",
+        run.output_peak, run.output_mean, run.collision_peak);
     if (run.contact_ticks) {
         fmt::print("  contact in {} ticks, {} of {} points at once, {} deep at most, hand up to {} ahead\n",
-                   format_count(run.contact_ticks), run.points_most, format_count(planned.shell().point_count),
-                   format_length(run.depth_most), format_length(run.reach_most));
+                   format_count(run.contact_ticks), run.points_most,
+                   format_count(planned.shell().point_count), format_length(run.depth_most),
+                   format_length(run.reach_most));
     } else {
         fmt::print("  contact never\n");
     }
     if (run.budget_points) {
-        fmt::print("  budget  {} points in a tick on this machine; {} looked at at most, {}\n", format_count(run.budget_points),
-                   format_count(run.probed_most),
-                   run.level_most ? fmt::format("some at level of detail {} of 3", run.level_most) : "all levels of detail kept");
+        fmt::print("  budget  {} points in a tick on this machine; {} looked at at most, {}\n",
+                   format_count(run.budget_points), format_count(run.probed_most),
+                   run.level_most ? fmt::format("some at level of detail {} of 3", run.level_most)
+                                  : "all levels of detail kept");
     }
     if (run.energy_least != 0) {
         fmt::print("  energy  taken from the hand never below {:.3g} mJ\n", 1e3 * run.energy_least);
@@ -80,7 +84,8 @@ void tell(const PlannedServo &planned, const std::string &name, const ServoRun &
     fmt::print("  flags   {}\n", flags_text(run));
     fmt::print("  tick    {}\n", durations_text(run.tick));
     if (run.realtime) {
-        fmt::print("  late    {}; {} periods missed\n", durations_text(run.realtime->lateness), run.realtime->missed);
+        fmt::print("  late    {}; {} periods missed\n", durations_text(run.realtime->lateness),
+                   run.realtime->missed);
         fmt::print("  thread  {}; {}\n", run.realtime->scheduling, run.realtime->memory);
         if (run.realtime->rows_dropped) {
             fmt::print("  trace   {} rows came too fast to keep\n", run.realtime->rows_dropped);
@@ -121,14 +126,17 @@ json summary(const PlannedServo &planned, const std::string &name, const ServoRu
                 {"flag_ticks", flags},
                 {"tick", durations_json(run.tick)}};
     if (run.realtime) {
-        out["realtime"] = {{"scheduling", run.realtime->scheduling}, {"memory", run.realtime->memory},
-                           {"missed", run.realtime->missed}, {"lateness", durations_json(run.realtime->lateness)}};
+        out["realtime"] = {{"scheduling", run.realtime->scheduling},
+                           {"memory", run.realtime->memory},
+                           {"missed", run.realtime->missed},
+                           {"lateness", durations_json(run.realtime->lateness)}};
     }
     return out;
 }
 
 /// The stages that are always there, measured alone, then all stages in their order.
-void explain(const PlannedServo &planned, const RunOptions &options, Progress &progress, json &out, bool as_json)
+void explain(const PlannedServo &planned, const RunOptions &options, Progress &progress, json &out,
+             bool as_json)
 {
     const std::vector<Stage> stages = explain_servo(planned, options, progress);
     const std::vector<EffectCost> effects = effect_costs(planned, options, progress);
@@ -140,26 +148,34 @@ void explain(const PlannedServo &planned, const RunOptions &options, Progress &p
     }
     out["effects"] = json::array();
     for (const EffectCost &effect : effects) {
-        out["effects"].push_back({{"effect", effect.name}, {"in", effect.is_in}, {"reads", effect.reads},
-                                  {"ns", effect.ns ? json(*effect.ns) : json(nullptr)}, {"why_not", effect.why_not}});
+        out["effects"].push_back({{"effect", effect.name},
+                                  {"in", effect.is_in},
+                                  {"reads", effect.reads},
+                                  {"ns", effect.ns ? json(*effect.ns) : json(nullptr)},
+                                  {"why_not", effect.why_not}});
     }
     if (as_json) return;
     fmt::print("in each tick, {:.0f} us apart, each stage measured alone:\n", 1e6 / planned.rate);
     for (const Stage &stage : stages) {
-        fmt::print("  {:<9} {:>8.2f} us (p99 {:.2f})  {}\n", stage.name, stage.ns.p50 / 1e3, stage.ns.p99 / 1e3, stage.what);
+        fmt::print("  {:<9} {:>8.2f} us (p99 {:.2f})  {}\n", stage.name, stage.ns.p50 / 1e3,
+                   stage.ns.p99 / 1e3, stage.what);
     }
-    const auto found = [&](const std::string &name) { return std::ranges::find(effects, name, &EffectCost::name); };
+    const auto found = [&](const std::string &name) {
+        return std::ranges::find(effects, name, &EffectCost::name);
+    };
     fmt::print("its stages in order, an effect's cost by a tick with it less one without:\n");
     const char *reads = nullptr;
     std::uint32_t kind = 0;
     for (std::uint32_t n = 0; const char *name = vxs_servo_stage_at(n, &kind, &reads); ++n) {
         if (!kind) fmt::print("  {:<16} always     reads {}\n", name, reads);
-        if (kind && found(name)->is_in) fmt::print("  {:<16} {:>+7.0f} ns reads {}\n", name, found(name)->ns.value_or(0), reads);
+        if (kind && found(name)->is_in)
+            fmt::print("  {:<16} {:>+7.0f} ns reads {}\n", name, found(name)->ns.value_or(0), reads);
     }
     fmt::print("left out, and what each would cost as by default:\n");
     for (const EffectCost &effect : effects) {
         if (effect.is_in) continue;
-        fmt::print("  {:<16} {} reads {}\n", effect.name, effect.ns ? fmt::format("{:>+7.0f} ns", *effect.ns) : "   not here", effect.reads);
+        fmt::print("  {:<16} {} reads {}\n", effect.name,
+                   effect.ns ? fmt::format("{:>+7.0f} ns", *effect.ns) : "   not here", effect.reads);
         if (!effect.ns) fmt::print("  {:<16} ({})\n", "", effect.why_not);
     }
 }
@@ -175,11 +191,14 @@ struct Given {
 
 void read_plan_file(const SimulateOptions &o, Given &given)
 {
-    if (!o.device.empty()) throw Failure(ExitCode::usage, o.scene, "--device: a plan is for its own device; simulate the scene instead");
+    if (!o.device.empty())
+        throw Failure(ExitCode::usage, o.scene,
+                      "--device: a plan is for its own device; simulate the scene instead");
     const fs::path path(o.scene);
     given.plan = read_plan(path);
     given.name = path.stem().string();
-    const auto all = given.of_plan.emplace(given.plan, o.assets.empty() ? path.parent_path() : fs::path(o.assets)).all();
+    const auto all =
+        given.of_plan.emplace(given.plan, o.assets.empty() ? path.parent_path() : fs::path(o.assets)).all();
     given.assets.assign(all.begin(), all.end());
 }
 
@@ -190,7 +209,8 @@ void plan_scene(const SimulateOptions &o, Progress &progress, Given &given)
     given.name = scene_name(scene.path);
     const SceneAssets &assets = given.of_scene.emplace(scene, o.assets, o.max_memory.value_or(0), progress);
     given.assets = assets.all();
-    given.plan = scene_plan(scene, o.device.empty() ? scene.device : o.device, assets.statics(), assets.dynamic(), scene_contact(scene, assets.map, assets.shell), assets.mass);
+    given.plan = scene_plan(scene, o.device.empty() ? scene.device : o.device, assets.statics(),
+                            assets.dynamic(), scene_contact(scene, assets.map, assets.shell), assets.mass);
 }
 
 ExitCode simulate(const SimulateOptions &o)
@@ -218,8 +238,9 @@ ExitCode simulate(const SimulateOptions &o)
         outputs.add(o.trace, trace_csv(run.rows));
     }
     for (const std::string &plot : o.plots) {
-        const std::string title = fmt::format("{}: voxel {}, {}, {}", given.name, format_length(planned.map().voxel), planned.coupling,
-                                              planned.device);
+        const std::string title =
+            fmt::format("{}: voxel {}, {}, {}", given.name, format_length(planned.map().voxel),
+                        planned.coupling, planned.device);
         outputs.add(plot, plot_trace(run.rows, title, picture_of(plot)));
     }
     progress->check();
@@ -246,20 +267,31 @@ ExitCode simulate(const SimulateOptions &o)
 VerbAction add_simulate(CLI::App &verb)
 {
     auto o = std::make_shared<SimulateOptions>();
-    verb.add_option("SCENE", o->scene, "a scene: .scene.json, or a plan: .plan with its assets beside it")->required();
-    verb.add_option("--assets", o->assets, "folder with the scene's NAME.voxmap and NAME.pointshell (default: made for this run), or with those that the plan names")
+    verb.add_option("SCENE", o->scene, "a scene: .scene.json, or a plan: .plan with its assets beside it")
+        ->required();
+    verb.add_option("--assets", o->assets,
+                    "folder with the scene's NAME.voxmap and NAME.pointshell (default: made for this run), "
+                    "or with those that the plan names")
         ->type_name("DIR");
-    verb.add_option("--device", o->device, "device in place of the scene's, as sim:omega-3")->type_name("sim:NAME");
-    verb.add_option("--seconds", o->seconds, "how long (default: to the end of the hand's path; at least one tick)")
-        ->check(CLI::PositiveNumber)->type_name("S");
-    verb.add_flag("--realtime", o->realtime,
-                  "on the servo thread at the wall clock's rate (default: virtual time, the same trace on every run)");
+    verb.add_option("--device", o->device, "device in place of the scene's, as sim:omega-3")
+        ->type_name("sim:NAME");
+    verb.add_option("--seconds", o->seconds,
+                    "how long (default: to the end of the hand's path; at least one tick)")
+        ->check(CLI::PositiveNumber)
+        ->type_name("S");
+    verb.add_flag(
+        "--realtime", o->realtime,
+        "on the servo thread at the wall clock's rate (default: virtual time, the same trace on every run)");
     verb.add_option("--trace", o->trace, "every tick as one line of numbers")->type_name("FILE.csv");
-    verb.add_option("--plot", o->plots, "collision force (thin) and output force (thick) over time, by gnuplot; may be repeated")
-        ->type_name("FILE.svg|.png")->expected(1)->take_all();
+    verb.add_option("--plot", o->plots,
+                    "collision force (thin) and output force (thick) over time, by gnuplot; may be repeated")
+        ->type_name("FILE.svg|.png")
+        ->expected(1)
+        ->take_all();
     verb.add_flag("--explain", o->explain, "what runs in a tick, and what each stage costs");
-    add_shared(verb, *o,
-               {Shared::jobs, Shared::max_memory, Shared::force, Shared::format, Shared::progress, Shared::quiet});
+    add_shared(
+        verb, *o,
+        {Shared::jobs, Shared::max_memory, Shared::force, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);
         return simulate(*o);

@@ -29,7 +29,8 @@ ExitCode paper(const StudyOptions &o)
     const auto progress = make_progress(o.progress, o.quiet);
     gnuplot(gnuplot_sheet(Picture::svg, 100, 100) + "plot [0:1] x\n"); // told now, not after all runs
     const PaperOptions options{o.seeds ? o.seeds : o.quick ? quick_seeds : paper_seeds, o.quick};
-    const std::string command = fmt::format("voxshell study paper -o DIR{} --seeds {}", o.quick ? " --quick" : "", options.seeds);
+    const std::string command =
+        fmt::format("voxshell study paper -o DIR{} --seeds {}", o.quick ? " --quick" : "", options.seeds);
     const Study study = paper_study(options, command, *progress);
     Outputs outputs(o.force);
     write_study(study, o.out, outputs, *progress);
@@ -56,13 +57,17 @@ VerbAction add_study(CLI::App &verb)
     verb.add_option("KIND", o->kind, "paper: the paper's experiments again, and which of its claims hold")
         ->required()
         ->check(CLI::IsMember({"paper"}));
-    verb.add_option("-o", o->out, "folder for index.html, summary.json, and a CSV, SVG and PNG of each figure")
+    verb.add_option("-o", o->out,
+                    "folder for index.html, summary.json, and a CSV, SVG and PNG of each figure")
         ->required()
         ->type_name("DIR");
-    verb.add_option("--seeds", o->seeds, "turns of the shell and places of the path to take the mean over (default 10, with --quick 2; 1 to 1000)")
+    verb.add_option("--seeds", o->seeds,
+                    "turns of the shell and places of the path to take the mean over (default 10, with "
+                    "--quick 2; 1 to 1000)")
         ->check(CLI::Range(1u, 1000u))
         ->type_name("N");
-    verb.add_flag("--quick", o->quick, "fewer seeds, and fewer depths and walls where methods are only compared");
+    verb.add_flag("--quick", o->quick,
+                  "fewer seeds, and fewer depths and walls where methods are only compared");
     add_shared(verb, *o, {Shared::jobs, Shared::force, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);

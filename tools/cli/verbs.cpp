@@ -15,15 +15,18 @@ std::span<const Verb> verbs()
         {"diff", "what differs between two assets: structure, then values",
          "voxshell diff old/part.voxmap new/part.voxmap", add_diff},
         {"pack", ".vdb to .voxmap: our own, or a level set or mask of another program",
-         "voxshell pack part.vdb -o part.voxmap\nvoxshell pack others.vdb --grid surface --unit mm", add_pack},
-        {"export", "an asset as .vdb, .nvdb, .ply, .glb or .csv", "voxshell export part.pointshell -o part.ply",
-         add_export},
+         "voxshell pack part.vdb -o part.voxmap\nvoxshell pack others.vdb --grid surface --unit mm",
+         add_pack},
+        {"export", "an asset as .vdb, .nvdb, .ply, .glb or .csv",
+         "voxshell export part.pointshell -o part.ply", add_export},
         {"simulate", "the servo loop on a device",
          "voxshell simulate cup.scene.json --seconds 5 --trace trace.csv", add_simulate},
         {"design", "the virtual coupling for a device and a scene: coefficients, margins, plots",
          "voxshell design --device sim:omega-3 --stiffness 500N/m --assume hand -o plots", add_design},
-        {"bench", "how long a tick's contact takes on this machine", "voxshell bench cup.voxmap sphere.pointshell", add_bench},
-        {"study", "what the method is worth, measured: figures, tables and one page", "voxshell study paper -o study", add_study},
+        {"bench", "how long a tick's contact takes on this machine",
+         "voxshell bench cup.voxmap sphere.pointshell", add_bench},
+        {"study", "what the method is worth, measured: figures, tables and one page",
+         "voxshell study paper -o study", add_study},
     };
     return table;
 }

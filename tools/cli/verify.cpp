@@ -28,7 +28,8 @@ struct VerifyOptions : SharedOptions {
     std::string path, against, up = "y";
 };
 
-/// The mesh to measure against: of a part the same for cells and points, of a scene what stands and what moves.
+/// The mesh to measure against: of a part the same for cells and points, of a scene what stands and what
+/// moves.
 struct Reference {
     Mesh cells, points;
     Sha256 cells_hash{}, points_hash{};
@@ -39,7 +40,8 @@ Reference read_reference(const VerifyOptions &o)
     const fs::path path(o.against);
     if (path.filename().string().ends_with(".scene.json")) {
         const SceneGeometry geometry = read_geometry(read_scene(path));
-        return {flatten(geometry.statics), flatten(geometry.dynamic), geometry.statics.source_hash, geometry.dynamic.source_hash};
+        return {flatten(geometry.statics), flatten(geometry.dynamic), geometry.statics.source_hash,
+                geometry.dynamic.source_hash};
     }
     ImportOptions import;
     if (!o.unit.empty()) import.unit = parse_unit(o.unit);
@@ -55,14 +57,16 @@ MadeWith made_with(const std::string &meta)
     const json all = json::parse(meta, nullptr, false);
     const json options = all.is_object() && all.contains("options") ? all["options"] : json();
     const auto number = [&](const char *key) {
-        return options.is_object() && options.contains(key) && options[key].is_number() ? options[key].get<double>() : 0.0;
+        return options.is_object() && options.contains(key) && options[key].is_number()
+                   ? options[key].get<double>()
+                   : 0.0;
     };
     return {std::max(0.0, number("weld_m")), number("thin_shell_deg") > 0};
 }
 
 json as_json(const Measure &m)
 {
-    json j = {{"what", m.what}, {"unit", m.unit},     {"worst", m.worst},     {"bound", m.bound},
+    json j = {{"what", m.what},     {"unit", m.unit},     {"worst", m.worst},     {"bound", m.bound},
               {"places", m.places}, {"beyond", m.beyond}, {"binding", m.binding}, {"holds", m.holds()}};
     if (m.beyond) j["at_m"] = m.at;
     return j;
@@ -73,13 +77,15 @@ void print(const Measure &m)
     std::string line = fmt::format("  {}: {:.4g}", m.what, m.worst);
     if (m.unit != "1") line += " " + m.unit;
     line += fmt::format(" (bound {:.4g}, {} places)", m.bound, format_count(m.places));
-    if (m.beyond) line += fmt::format("; beyond at {}, the worst at ({:.9g}, {:.9g}, {:.9g}) m", format_count(m.beyond), m.at[0], m.at[1], m.at[2]);
+    if (m.beyond)
+        line += fmt::format("; beyond at {}, the worst at ({:.9g}, {:.9g}, {:.9g}) m", format_count(m.beyond),
+                            m.at[0], m.at[1], m.at[2]);
     line += m.holds() ? m.binding ? "" : " - told only, the mesh is open" : " - DIFFERS";
     fmt::print("{}\n", line);
 }
 
 class Verify {
-public:
+  public:
     explicit Verify(const VerifyOptions &o) : o_(o), progress_(make_progress(o.progress, o.quiet)) {}
 
     ExitCode run()
@@ -92,7 +98,8 @@ public:
         for (const fs::path &file : files) guarded(file, [&] { verify(file); });
         for (const fs::path &file : files) {
             const fs::path twin = fs::path(file).replace_extension(".voxmap");
-            if (folder && file.extension() == ".vdb" && fs::exists(twin) && ok_.count(file) && ok_.count(twin))
+            if (folder && file.extension() == ".vdb" && fs::exists(twin) && ok_.count(file) &&
+                ok_.count(twin))
                 guarded(file, [&] { verify_twins(file, twin); });
         }
         progress_.reset();
@@ -101,8 +108,9 @@ public:
         return worst_;
     }
 
-private:
-    template <typename Work> void guarded(const fs::path &file, Work work)
+  private:
+    template<typename Work>
+    void guarded(const fs::path &file, Work work)
     {
         try {
             work();
@@ -110,7 +118,10 @@ private:
             Failure failure = current_failure();
             if (failure.file.empty()) failure.file = file.string();
             if (failure.code == ExitCode::interrupted) throw failure;
-            json_["files"].push_back({{"path", file.string()}, {"ok", false}, {"code", static_cast<int>(failure.code)}, {"message", failure.what()}});
+            json_["files"].push_back({{"path", file.string()},
+                                      {"ok", false},
+                                      {"code", static_cast<int>(failure.code)},
+                                      {"message", failure.what()}});
             worst_ = std::max(worst_, failure.code);
             tell_failure("verify", failure);
         }
@@ -122,11 +133,14 @@ private:
         const VerifiedAsset asset = verify_asset(path);
         ok_.insert(path);
         json entry = {{"path", path.string()}, {"ok", true}, {"kind", asset.kind}, {"bytes", asset.bytes}};
-        if (!o_.json) fmt::print("ok {} {} {}, {}\n", path.string(), asset.kind, asset.summary, format_size(asset.bytes));
+        if (!o_.json)
+            fmt::print("ok {} {} {}, {}\n", path.string(), asset.kind, asset.summary,
+                       format_size(asset.bytes));
         if (reference_ && kind != AssetKind::plan) {
             bool same_source = false;
             const std::vector<Measure> measures = measure(path, kind, same_source);
-            entry["against"] = {{"path", o_.against}, {"same_source", same_source}, {"measures", json::array()}};
+            entry["against"] = {
+                {"path", o_.against}, {"same_source", same_source}, {"measures", json::array()}};
             for (const Measure &m : measures) {
                 entry["against"]["measures"].push_back(as_json(m));
                 if (!o_.json) print(m);
@@ -134,7 +148,9 @@ private:
                 entry["ok"] = false;
                 worst_ = std::max(worst_, ExitCode::differs);
             }
-            if (!same_source && !o_.json) fmt::print("  note: made from another file than {} (or with other external buffers)\n", o_.against);
+            if (!same_source && !o_.json)
+                fmt::print("  note: made from another file than {} (or with other external buffers)\n",
+                           o_.against);
         }
         std::fflush(stdout);
         json_["files"].push_back(std::move(entry));
@@ -157,7 +173,8 @@ private:
     std::optional<Reference> reference_;
     std::set<fs::path> ok_;
     ExitCode worst_ = ExitCode::ok;
-    json json_ = {{"schema", "voxshell-verify/1"}, {"version", tool_version()}, {"ok", true}, {"files", json::array()}};
+    json json_ = {
+        {"schema", "voxshell-verify/1"}, {"version", tool_version()}, {"ok", true}, {"files", json::array()}};
 };
 
 } // namespace
@@ -165,11 +182,15 @@ private:
 VerbAction add_verify(CLI::App &verb)
 {
     auto o = std::make_shared<VerifyOptions>();
-    verb.add_option("FILE", o->path, ".voxmap, .pointshell, .plan or .vdb, or a folder with such files")->required();
+    verb.add_option("FILE", o->path, ".voxmap, .pointshell, .plan or .vdb, or a folder with such files")
+        ->required();
     verb.add_option("--against", o->against,
-                    "measure cells and points again on this mesh (.stl .gltf .glb) or scene (.scene.json); exit 6 if a bound does not hold")
+                    "measure cells and points again on this mesh (.stl .gltf .glb) or scene (.scene.json); "
+                    "exit 6 if a bound does not hold")
         ->type_name("MESH");
-    verb.add_option("--up", o->up, "axis that points up in the mesh: y or z (default y)")->check(CLI::IsMember({"y", "z"}))->type_name("AXIS");
+    verb.add_option("--up", o->up, "axis that points up in the mesh: y or z (default y)")
+        ->check(CLI::IsMember({"y", "z"}))
+        ->type_name("AXIS");
     add_shared(verb, *o, {Shared::unit, Shared::jobs, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);

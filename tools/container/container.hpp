@@ -16,7 +16,8 @@ namespace voxshell {
 
 using Sha256 = std::array<std::uint8_t, 32>;
 
-/// Incremental SHA-256 (OpenSSL behind it). `progress`, if given, is asked after each megabyte whether to go on.
+/// Incremental SHA-256 (OpenSSL behind it). `progress`, if given, is asked after each megabyte whether to go
+/// on.
 class Sha256Stream {
   public:
     explicit Sha256Stream(Progress *progress = nullptr);
@@ -54,8 +55,8 @@ Section make_section(std::uint32_t id, std::uint32_t stride, std::span<const T> 
 }
 
 /// The whole file: header, table, sections in the given order at 64-byte alignment, zero padding, checksums,
-/// content hash. `magic` is the 8 bytes of the kind; META is the last section. Deterministic. Lets go of each section
-/// once it is in the file. `progress`, if given, is asked whether to go on.
+/// content hash. `magic` is the 8 bytes of the kind; META is the last section. Deterministic. Lets go of each
+/// section once it is in the file. `progress`, if given, is asked whether to go on.
 std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t major, std::uint16_t minor,
                                           const Sha256 &source_hash, std::vector<Section> sections,
                                           Progress *progress = nullptr);

@@ -37,7 +37,8 @@ struct Scene {
     std::string name; ///< file name without folder and ending
     std::vector<Mesh> meshes;
     std::vector<Instance> instances;
-    std::array<std::uint8_t, 32> source_hash{}; ///< SHA-256 of the input file's bytes and then of each external buffer's
+    std::array<std::uint8_t, 32>
+        source_hash{}; ///< SHA-256 of the input file's bytes and then of each external buffer's
     std::vector<Warning> warnings;
 };
 

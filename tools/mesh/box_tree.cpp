@@ -54,7 +54,8 @@ Box BoxTree::box(std::uint32_t triangle) const
     const auto &[a, b, c] = mesh_.triangles[triangle];
     Box out;
     for (int i = 0; i < 3; ++i) {
-        const auto [low, high] = std::minmax({mesh_.vertices[a][i], mesh_.vertices[b][i], mesh_.vertices[c][i]});
+        const auto [low, high] =
+            std::minmax({mesh_.vertices[a][i], mesh_.vertices[b][i], mesh_.vertices[c][i]});
         out.low[i] = low, out.high[i] = high;
     }
     return out;
@@ -72,17 +73,19 @@ BoxTree::BoxTree(const Mesh &mesh) : mesh_(mesh)
         largest = std::max({largest, std::abs(all.low[i]), std::abs(all.high[i])});
     }
     std::vector<std::pair<std::uint64_t, std::uint32_t>> codes(n);
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(n), 4096), [&](const auto &range) {
-        for (std::uint32_t t = range.begin(); t != range.end(); ++t) {
-            const Box b = box(t);
-            std::uint64_t code = 0;
-            for (int i = 0; i < 3 && size > 0; ++i) {
-                const double at = ((b.low[i] - all.low[i]) / 2 + (b.high[i] - all.low[i]) / 2) / size;
-                code |= spread(static_cast<std::uint64_t>(std::clamp(at * 0x1p21, 0.0, 0x1.fffffp20))) << i;
+    tbb::parallel_for(
+        tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(n), 4096), [&](const auto &range) {
+            for (std::uint32_t t = range.begin(); t != range.end(); ++t) {
+                const Box b = box(t);
+                std::uint64_t code = 0;
+                for (int i = 0; i < 3 && size > 0; ++i) {
+                    const double at = ((b.low[i] - all.low[i]) / 2 + (b.high[i] - all.low[i]) / 2) / size;
+                    code |= spread(static_cast<std::uint64_t>(std::clamp(at * 0x1p21, 0.0, 0x1.fffffp20)))
+                            << i;
+                }
+                codes[t] = {code, t};
             }
-            codes[t] = {code, t};
-        }
-    });
+        });
     tbb::parallel_sort(codes.begin(), codes.end());
     order_.resize(n);
     for (std::size_t t = 0; t < n; ++t) order_[t] = codes[t].second;
@@ -94,7 +97,8 @@ BoxTree::BoxTree(const Mesh &mesh) : mesh_(mesh)
     tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, leaves_, 1024), [&](const auto &range) {
         for (std::uint32_t leaf = range.begin(); leaf != range.end(); ++leaf) {
             Box b{{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}}; // met by nothing
-            for (std::uint64_t k = first(leaf); k < first(leaf + std::uint64_t{1}); ++k) add(b, box(order_[k]));
+            for (std::uint64_t k = first(leaf); k < first(leaf + std::uint64_t{1}); ++k)
+                add(b, box(order_[k]));
             for (int i = 0; i < 3; ++i) b.low[i] -= rounding, b.high[i] += rounding;
             boxes_[leaves_ + leaf] = b;
         }

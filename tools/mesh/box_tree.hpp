@@ -35,7 +35,7 @@ struct Ray {
 /// they hold, so that no ray slips past a wall that lies in a grid plane. Built in parallel, the same for any
 /// number of threads; queries are thread-safe.
 class BoxTree {
-public:
+  public:
     /// Keeps a reference to the mesh.
     explicit BoxTree(const Mesh &mesh);
 
@@ -63,7 +63,7 @@ public:
         }
     }
 
-private:
+  private:
     std::uint64_t first(std::uint64_t leaf) const { return leaf * order_.size() / leaves_; }
 
     const Mesh &mesh_;

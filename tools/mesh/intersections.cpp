@@ -18,7 +18,7 @@ namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 class Pair {
-public:
+  public:
     Pair(const Mesh &mesh, const std::vector<Triangle> &welded, std::uint32_t t, std::uint32_t s)
         : mesh_(mesh), t_(t), s_(s)
     {
@@ -30,14 +30,17 @@ public:
     bool meet() const
     {
         switch (shared_) {
-        case 0: return CGAL::do_intersect(triangle(t_), triangle(s_));
+        case 0:
+            return CGAL::do_intersect(triangle(t_), triangle(s_));
         case 1: {
             const auto one = triangle(t_);
             const auto across = opposite(s_, at_s_[0]);
             const auto side = [&](const auto &p) { return CGAL::orientation(one[0], one[1], one[2], p); };
             const auto source = side(across.source());
-            if (source != CGAL::COPLANAR && source == side(across.target())) return false; // as most neighbours do
-            return CGAL::do_intersect(one, across) || CGAL::do_intersect(triangle(s_), opposite(t_, at_t_[0]));
+            if (source != CGAL::COPLANAR && source == side(across.target()))
+                return false; // as most neighbours do
+            return CGAL::do_intersect(one, across) ||
+                   CGAL::do_intersect(triangle(s_), opposite(t_, at_t_[0]));
         }
         case 2: { // folded onto each other
             const auto a = point(t_, at_t_[0]), b = point(t_, at_t_[1]);
@@ -45,13 +48,14 @@ public:
             if (apart(b - a, p - a, q - a)) return false;
             return CGAL::coplanar(a, b, p, q) && CGAL::coplanar_orientation(a, b, p, q) == CGAL::POSITIVE;
         }
-        default: return false;
+        default:
+            return false;
         }
     }
 
-private:
-    // Whether p and q are on different sides of the edge, clear of rounding: neighbours in a plane are, and to
-    // prove them coplanar exactly takes long.
+  private:
+    // Whether p and q are on different sides of the edge, clear of rounding: neighbours in a plane are, and
+    // to prove them coplanar exactly takes long.
     static bool apart(const Kernel::Vector_3 &edge, const Kernel::Vector_3 &p, const Kernel::Vector_3 &q)
     {
         const double cosine = CGAL::cross_product(edge, p) * CGAL::cross_product(edge, q);
@@ -95,7 +99,8 @@ std::optional<std::uint64_t> self_intersections(const Mesh &mesh, std::uint64_t 
                     progress.check();
                     if (overlapping.load(std::memory_order_relaxed) + here > pairs) return false;
                 }
-                if (meets[t].load(std::memory_order_relaxed) && meets[s].load(std::memory_order_relaxed)) return true;
+                if (meets[t].load(std::memory_order_relaxed) && meets[s].load(std::memory_order_relaxed))
+                    return true;
                 if (Pair(mesh, e.triangles, t, s).meet()) meets[t] = meets[s] = 1;
                 return true;
             });

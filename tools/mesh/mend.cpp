@@ -29,7 +29,7 @@ std::uint64_t open_edges(const Edges &e)
 
 // Border vertices that stay, by cubes of the tolerance's size.
 class Anchors {
-public:
+  public:
     explicit Anchors(double size) : size_(size) {}
 
     void add(std::uint32_t anchor, const Point &at) { cubes_[cube(at)].push_back(anchor); }
@@ -46,7 +46,7 @@ public:
         }
     }
 
-private:
+  private:
     using Key = std::array<double, 3>;
     Key cube(const Point &at) const
     {
@@ -83,7 +83,9 @@ StitchReport stitch(Mesh &mesh, double tolerance)
     std::vector<std::uint32_t> onto(joined.count, none);
     std::map<std::uint32_t, std::vector<std::uint32_t>> gathered; // what moved onto an anchor
     const auto share_edge = [&](std::uint32_t v, std::uint32_t anchor) {
-        const auto edge = [&](std::uint32_t w) { return std::binary_search(ends.begin(), ends.end(), std::pair{v, w}); };
+        const auto edge = [&](std::uint32_t w) {
+            return std::binary_search(ends.begin(), ends.end(), std::pair{v, w});
+        };
         if (edge(anchor)) return true;
         const auto found = gathered.find(anchor);
         return found != gathered.end() && std::any_of(found->second.begin(), found->second.end(), edge);
@@ -115,13 +117,14 @@ StitchReport stitch(Mesh &mesh, double tolerance)
 }
 
 std::uint64_t open_edges(const std::vector<std::array<std::int64_t, 3>> &vertices,
-                                        const std::vector<Triangle> &triangles)
+                         const std::vector<Triangle> &triangles)
 {
     Mesh mesh;
     mesh.triangles = triangles;
     mesh.vertices.reserve(vertices.size());
     for (const auto &v : vertices)
-        mesh.vertices.push_back({static_cast<double>(v[0] - vertices[0][0]), static_cast<double>(v[1] - vertices[0][1]),
+        mesh.vertices.push_back({static_cast<double>(v[0] - vertices[0][0]),
+                                 static_cast<double>(v[1] - vertices[0][1]),
                                  static_cast<double>(v[2] - vertices[0][2])});
     return open_edges(edges(mesh));
 }

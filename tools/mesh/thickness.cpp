@@ -37,11 +37,11 @@ struct Hit {
     int leaves; // 1: the ray leaves through this face, -1: it enters
 };
 
-// Woop, Benthin, Wald 2013: sheared so that the ray is an axis, two triangles compute the same number for the edge
-// that they share. A ray exactly through an edge meets both; the count of walls then does not come out, and the
-// place is sorted out.
+// Woop, Benthin, Wald 2013: sheared so that the ray is an axis, two triangles compute the same number for the
+// edge that they share. A ray exactly through an edge meets both; the count of walls then does not come out,
+// and the place is sorted out.
 class Shot {
-public:
+  public:
     explicit Shot(const Ray &ray) : ray_(ray)
     {
         for (int i = 1; i < 3; ++i)
@@ -65,7 +65,7 @@ public:
         return hit.t >= ray_.first;
     }
 
-private:
+  private:
     const Ray &ray_;
     int x_ = 0, y_ = 0, z_ = 0;
     double sx_, sy_, sz_;
@@ -78,8 +78,9 @@ struct Look {
     double wall = 0;
 };
 
-// What lies behind the skin at `ray.p`, a place on triangle `own`; `touching`: what is nearer is at the same place.
-// Beyond all of the part the depth is 0, so the sum of what the ray leaves and enters is the depth at its begin.
+// What lies behind the skin at `ray.p`, a place on triangle `own`; `touching`: what is nearer is at the same
+// place. Beyond all of the part the depth is 0, so the sum of what the ray leaves and enters is the depth at
+// its begin.
 Look look(const BoxTree &tree, const Mesh &mesh, const Ray &ray, std::uint32_t own, double touching,
           std::vector<Hit> &hits)
 {
@@ -89,7 +90,8 @@ Look look(const BoxTree &tree, const Mesh &mesh, const Ray &ray, std::uint32_t o
     tree.visit(ray, [&](std::uint32_t t) {
         Hit hit;
         const auto &[a, b, c] = mesh.triangles[t];
-        if (t != own && shot.at(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], hit)) hits.push_back(hit);
+        if (t != own && shot.at(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], hit))
+            hits.push_back(hit);
         return ++tests <= tests_per_ray;
     });
     if (tests > tests_per_ray) return {};
@@ -102,7 +104,8 @@ Look look(const BoxTree &tree, const Mesh &mesh, const Ray &ray, std::uint32_t o
     for (std::size_t h = 0; h < hits.size(); ++h) {
         if (hits[h].t <= touching) continue;
         depth -= hits[h].leaves;
-        const bool goes_on = h + 1 < hits.size() && hits[h + 1].leaves < 0 && hits[h + 1].t - hits[h].t <= touching;
+        const bool goes_on =
+            h + 1 < hits.size() && hits[h + 1].leaves < 0 && hits[h + 1].t - hits[h].t <= touching;
         if (depth < 1 && !goes_on) return {Found::wall, hits[h].t};
     }
     return {};
@@ -118,7 +121,8 @@ Thickness thickness(const Mesh &mesh, Progress &progress)
     double area = 0, largest = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const auto &[a, b, c] = mesh.triangles[t];
-        normals[t] = cross(minus(mesh.vertices[b], mesh.vertices[a]), minus(mesh.vertices[c], mesh.vertices[a]));
+        normals[t] =
+            cross(minus(mesh.vertices[b], mesh.vertices[a]), minus(mesh.vertices[c], mesh.vertices[a]));
         until[t] = area += norm(normals[t]);
         for (const std::uint32_t v : mesh.triangles[t])
             for (const double x : mesh.vertices[v]) largest = std::max(largest, std::abs(x));
@@ -138,7 +142,8 @@ Thickness thickness(const Mesh &mesh, Progress &progress)
             const auto found = std::upper_bound(until.begin(), until.end(), area * (s + 0.5) / sample_count);
             const auto t = static_cast<std::uint32_t>(std::min(found, until.end() - 1) - until.begin());
             // Roberts' R2: as evenly in the plane as the golden ratio on the line.
-            double u = std::fmod(0.5 + 0.7548776662466927 * s, 1.0), v = std::fmod(0.5 + 0.5698402909980532 * s, 1.0);
+            double u = std::fmod(0.5 + 0.7548776662466927 * s, 1.0),
+                   v = std::fmod(0.5 + 0.5698402909980532 * s, 1.0);
             if (u + v > 1) u = 1 - u, v = 1 - v;
             const auto &[a, b, c] = mesh.triangles[t];
             const double length = norm(normals[t]);

@@ -10,17 +10,17 @@
 namespace voxshell {
 
 /// Winding number of `mesh` at many points: 1 inside a closed outward mesh, -1 inside an inverted one,
-/// 0 outside, fractions near holes, on a face the mean of both sides. Far clusters of triangles count by their first three moments: error below 0.01 (tested).
-/// Deterministic; `at` is thread-safe.
+/// 0 outside, fractions near holes, on a face the mean of both sides. Far clusters of triangles count by
+/// their first three moments: error below 0.01 (tested). Deterministic; `at` is thread-safe.
 class WindingNumber {
-public:
+  public:
     explicit WindingNumber(const Mesh &mesh);
     ~WindingNumber();
     WindingNumber(WindingNumber &&) noexcept;
     WindingNumber &operator=(WindingNumber &&) noexcept;
     double at(const Point &point) const;
 
-private:
+  private:
     struct Tree;
     Tree *tree_ = nullptr;
 };

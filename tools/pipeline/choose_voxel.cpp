@@ -32,7 +32,8 @@ VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint
                          const ChannelRequest &channels)
 {
     const double size = longest_side(mesh);
-    if (!(size > 0)) throw Failure(ExitCode::requirement, "", "no voxel suits a part without size; say --voxel LEN");
+    if (!(size > 0))
+        throw Failure(ExitCode::requirement, "", "no voxel suits a part without size; say --voxel LEN");
     VoxelChoice out;
     if (thickness.meaningful()) {
         const double wall = thickness.quantile(0.01);
@@ -43,16 +44,19 @@ VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint
         else
             out = {smallest, walls + ", less than three voxels; but the longest side is 2000 voxels at most"};
     } else {
-        out = {round_down_125(size / 256), "no interior that could be measured; the longest side is at least 256 voxels"};
+        out = {round_down_125(size / 256),
+               "no interior that could be measured; the longest side is at least 256 voxels"};
     }
     const auto fits = [&](double voxel) {
         const Estimate e = estimate(mesh, voxel, channels);
-        return e.memory_bytes <= static_cast<double>(budget) && e.surface_cells <= double{VXS_POINTSHELL_MAX_POINTS};
+        return e.memory_bytes <= static_cast<double>(budget) &&
+               e.surface_cells <= double{VXS_POINTSHELL_MAX_POINTS};
     };
     const double wanted = out.voxel;
     while (!fits(out.voxel) && out.voxel < size) out.voxel = round_up_125(out.voxel * 1.5);
     if (out.voxel != wanted)
-        out.why += fmt::format("; {} would need more memory than {}", format_length(wanted), format_size(budget));
+        out.why +=
+            fmt::format("; {} would need more memory than {}", format_length(wanted), format_size(budget));
     return out;
 }
 

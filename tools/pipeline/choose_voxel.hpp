@@ -16,9 +16,9 @@ struct VoxelChoice {
     std::string why;  ///< "99 % of the walls are at least 3 mm, three voxels each"
 };
 
-/// Three voxels for the wall that 99 % of the area has (voxel_for_wall()), but not below 1/2000 of the part's longest
-/// side and not more cells than `budget` [bytes] holds. Without walls (a sheet, a part full of holes): 1/256 of
-/// the longest side. `mesh` is not empty.
+/// Three voxels for the wall that 99 % of the area has (voxel_for_wall()), but not below 1/2000 of the part's
+/// longest side and not more cells than `budget` [bytes] holds. Without walls (a sheet, a part full of
+/// holes): 1/256 of the longest side. `mesh` is not empty.
 VoxelChoice choose_voxel(const Mesh &mesh, const Thickness &thickness, std::uint64_t budget,
                          const ChannelRequest &channels = {});
 

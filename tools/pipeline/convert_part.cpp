@@ -33,7 +33,8 @@ std::string meta(const std::string &name, const PartOptions &options, bool shell
         if (options.thin_shell > 0) effective["thin_shell_deg"] = options.thin_shell;
     } else {
         if (options.channels.layers > 0) effective["layers"] = options.channels.layers;
-        if (options.channels.distance_cells > 0) effective["distance_cells"] = options.channels.distance_cells;
+        if (options.channels.distance_cells > 0)
+            effective["distance_cells"] = options.channels.distance_cells;
     }
     return nlohmann::ordered_json{
         {"tool", "voxshell"}, {"version", tool_version()}, {"name", name}, {"options", effective}}
@@ -67,16 +68,18 @@ void judge_mesh(const Part &part, Judge &judge)
         judge.tell("non-manifold",
                    fmt::format("{} edges are shared by three or more triangles", mesh.non_manifold_edges));
     if (part.self_intersections.value_or(0))
-        judge.tell("self-intersecting", fmt::format("{} triangles cut or touch others beside their common edges",
-                                                    *part.self_intersections));
+        judge.tell("self-intersecting",
+                   fmt::format("{} triangles cut or touch others beside their common edges",
+                               *part.self_intersections));
 }
 
 void judge_openness(const Part &part, Judge &judge)
 {
     if (part.mesh.closed) return;
     if (part.open_on_lattice == 0)
-        judge.tell("cracks", fmt::format("cracks: {} boundary edges; all are narrower than voxel/65536 and close there",
-                                         part.mesh.boundary_edges));
+        judge.tell("cracks",
+                   fmt::format("cracks: {} boundary edges; all are narrower than voxel/65536 and close there",
+                               part.mesh.boundary_edges));
     else
         judge.guess("open-mesh",
                     fmt::format("open mesh: {} boundary edges; where it does not enclose cells there is "
@@ -93,8 +96,8 @@ void judge_walls(const Part &part, double size, Judge &judge)
     judge.guess("thin-walls",
                 fmt::format("{:.2g} % of the walls are thinner than three voxels, the thinnest {} at "
                             "({:.6g}, {:.6g}, {:.6g}) m; {}",
-                            thin * 100, format_length(walls.thinnest), walls.thinnest_at[0], walls.thinnest_at[1],
-                            walls.thinnest_at[2],
+                            thin * 100, format_length(walls.thinnest), walls.thinnest_at[0],
+                            walls.thinnest_at[1], walls.thinnest_at[2],
                             suits >= smallest_chosen(size)
                                 ? fmt::format("--voxel {}mm would do", suits * 1e3)
                                 : fmt::format("they run out to nothing, a voxel of {} does not do either",
@@ -117,17 +120,20 @@ void judge_shell(const Part &part, Judge &judge)
         judge.tell("gap", fmt::format("points of adjacent cells are up to {:.3f} voxels apart (bound: 3)",
                                       part.gap_max / part.shell_voxel));
     if (part.shell_voxel > part.voxel && part.gap_max > 3 * part.voxel)
-        judge.guess("shell-too-coarse",
-                    fmt::format("points are up to {} apart, more than three voxels of the map ({}): walls thinner than "
-                                "that could pass between them; use --shell-spacing {} or less",
-                                format_length(part.gap_max), format_length(part.voxel), format_length(part.voxel)));
+        judge.guess(
+            "shell-too-coarse",
+            fmt::format(
+                "points are up to {} apart, more than three voxels of the map ({}): walls thinner than "
+                "that could pass between them; use --shell-spacing {} or less",
+                format_length(part.gap_max), format_length(part.voxel), format_length(part.voxel)));
 }
 
 Shell make_shell(const LatticeMesh &mesh, const PartOptions &options, Progress &progress)
 {
     const BrickTriangles binned = bin_triangles(mesh, progress);
     const Cells cells = voxelize(mesh, binned, progress);
-    return make_shell(mesh, binned, cells, options.shell, progress, options.thin_shell * std::numbers::pi / 180);
+    return make_shell(mesh, binned, cells, options.shell, progress,
+                      options.thin_shell * std::numbers::pi / 180);
 }
 
 // What is looked for without being asked must not be felt; what was asked for must end (minutes).
@@ -140,9 +146,11 @@ StitchReport stitch_within(Mesh &mesh, double weld)
 {
     const double largest = longest_side(mesh) / 100;
     if (weld > largest)
-        throw Failure(ExitCode::usage, "",
-                      fmt::format("--weld: {} would change the part itself; at most a hundredth of its longest side, {}",
-                                  format_length(weld), format_length(largest)));
+        throw Failure(
+            ExitCode::usage, "",
+            fmt::format(
+                "--weld: {} would change the part itself; at most a hundredth of its longest side, {}",
+                format_length(weld), format_length(largest)));
     return stitch(mesh, weld);
 }
 
@@ -201,9 +209,10 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
         const Leak &leak = *part.cells.leak;
         judge.guess(
             "leak",
-            fmt::format("the part leaks: outside cells lie within it (winding number {:.2f}), one at "
-                        "({:.6g}, {:.6g}, {:.6g}) m; close the hole there, use a larger voxel or --close-gaps",
-                        leak.winding, leak.at[0], leak.at[1], leak.at[2]));
+            fmt::format(
+                "the part leaks: outside cells lie within it (winding number {:.2f}), one at "
+                "({:.6g}, {:.6g}, {:.6g}) m; close the hole there, use a larger voxel or --close-gaps",
+                leak.winding, leak.at[0], leak.at[1], leak.at[2]));
     }
     Shell shell = of_shell ? make_shell(*of_shell, options, progress)
                            : make_shell(lattice, binned, cells, options.shell, progress,
@@ -225,7 +234,8 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     }
 
     progress.stage("write", 3);
-    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)}, &progress);
+    part.pointshell =
+        pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)}, &progress);
     shell = {};
     progress.advance(1);
     progress.check();

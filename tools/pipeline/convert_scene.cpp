@@ -87,7 +87,8 @@ Scene gather(const std::string &name, const std::vector<ScenePart> &parts)
         const auto first = static_cast<std::uint32_t>(all.meshes.size());
         const std::string prefix = fmt::format("/{}:{}", &part - parts.data(), scene.name);
         for (Instance &instance : scene.instances) {
-            all.instances.push_back({prefix + instance.name, first + instance.mesh, product(pose, instance.pose)});
+            all.instances.push_back(
+                {prefix + instance.name, first + instance.mesh, product(pose, instance.pose)});
         }
         std::move(scene.meshes.begin(), scene.meshes.end(), std::back_inserter(all.meshes));
         for (const Warning &warning : scene.warnings) {
@@ -100,7 +101,7 @@ Scene gather(const std::string &name, const std::vector<ScenePart> &parts)
 
 /// An asset that was just made, open in memory of its own.
 class Made {
-public:
+  public:
     explicit Made(const std::vector<std::uint8_t> &bytes) : memory_(bytes.size())
     {
         std::memcpy(memory_.get(), bytes.data(), bytes.size());
@@ -110,7 +111,7 @@ public:
     }
     vxs_asset asset{};
 
-private:
+  private:
     Memory memory_;
 };
 
@@ -118,7 +119,8 @@ private:
 PlannedAsset planned(const std::string &name, const std::vector<std::uint8_t> &bytes)
 {
     PlannedAsset asset{name, {}};
-    std::copy_n(bytes.begin() + offsetof(vxs_container_header, content_hash), asset.content_hash.size(), asset.content_hash.begin());
+    std::copy_n(bytes.begin() + offsetof(vxs_container_header, content_hash), asset.content_hash.size(),
+                asset.content_hash.begin());
     return asset;
 }
 
@@ -141,8 +143,10 @@ SceneGeometry read_geometry(const SceneFile &scene)
     SceneGeometry geometry;
     std::vector<ScenePart> still;
     for (const ScenePart &part : scene.statics) {
-        if (part.path.empty()) still.push_back(part);
-        else geometry.moving.push_back(gather(name, {part}));
+        if (part.path.empty())
+            still.push_back(part);
+        else
+            geometry.moving.push_back(gather(name, {part}));
     }
     geometry.statics = gather(name, still);
     geometry.dynamic = gather(name, {scene.dynamic});
@@ -157,13 +161,17 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     constexpr int reach = 3; // [cells]: deeper than that a hand has lost the wall
     ChannelRequest &channels = with_voxel.channels;
     if (channels.distance_cells == 0) {
-        const double looked_at = std::ceil(distance_reach(scene) / scene.voxel * (1 + 1e-9)); // never a bit short of it
+        const double looked_at =
+            std::ceil(distance_reach(scene) / scene.voxel * (1 + 1e-9)); // never a bit short of it
         if (looked_at > most_distance_cells) {
             throw Failure(ExitCode::invalid, scene.path.string(),
-                          fmt::format("/effects: one looks {:g} m far into the distances around a surface, and they reach {} voxels: {:g} m", distance_reach(scene),
-                                      most_distance_cells, most_distance_cells * scene.voxel));
+                          fmt::format("/effects: one looks {:g} m far into the distances around a surface, "
+                                      "and they reach {} voxels: {:g} m",
+                                      distance_reach(scene), most_distance_cells,
+                                      most_distance_cells * scene.voxel));
         }
-        channels.distance_cells = std::max(looked_at, scene.field == ContactField::distance ? double{reach} : 0.0);
+        channels.distance_cells =
+            std::max(looked_at, scene.field == ContactField::distance ? double{reach} : 0.0);
     }
     if (scene.field == ContactField::layers && channels.layers == 0) channels.layers = reach;
     PartOptions moving = with_voxel;
@@ -182,7 +190,8 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     return parts;
 }
 
-std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &geometry, const SceneParts &parts)
+std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &geometry,
+                                  const SceneParts &parts)
 {
     const std::string name = scene_name(scene.path);
     std::optional<Made> voxmap, pointshell; // only where a design feels its way
@@ -198,11 +207,14 @@ std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &g
     const SceneContact contact{[&] { return open(), contact_stiffness(scene, map, shell); },
                                [&] { return open(), pushes(scene, map, shell); }};
     std::vector<PlannedAsset> statics{planned(name + ".voxmap", parts.statics.voxmap)};
-    for (std::size_t n = 0; n < parts.moving.size(); ++n) statics.push_back(planned(name + moving_ending(n), parts.moving[n].voxmap));
-    PlanFile plan = scene_plan(scene, scene.device, statics,
-                               planned(name + ".pointshell", parts.dynamic.pointshell), contact, scene_mass(scene, geometry.dynamic));
+    for (std::size_t n = 0; n < parts.moving.size(); ++n)
+        statics.push_back(planned(name + moving_ending(n), parts.moving[n].voxmap));
+    PlanFile plan =
+        scene_plan(scene, scene.device, statics, planned(name + ".pointshell", parts.dynamic.pointshell),
+                   contact, scene_mass(scene, geometry.dynamic));
     plan.source_hash = scene.source_hash;
-    plan.meta = nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}}.dump();
+    plan.meta =
+        nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"name", name}}.dump();
     return plan_bytes(plan);
 }
 

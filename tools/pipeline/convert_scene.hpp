@@ -8,8 +8,9 @@
 namespace voxshell {
 
 /// The triangles that a scene file names, posed. Each half is a Scene whose name is the scene's and whose
-/// source_hash is the SHA-256 of, for each part in order: the hash of its bytes, its unit [m, 0 for glTF], its up
-/// axis (0 y, 1 z), position and rotation; as little-endian doubles. So assets fit a scene exactly if these do.
+/// source_hash is the SHA-256 of, for each part in order: the hash of its bytes, its unit [m, 0 for glTF],
+/// its up axis (0 y, 1 z), position and rotation; as little-endian doubles. So assets fit a scene exactly if
+/// these do.
 struct SceneGeometry {
     Scene statics, dynamic;
     std::vector<Scene> moving; ///< parts with a path, each in its own frame
@@ -24,17 +25,19 @@ std::string moving_ending(std::size_t n);
 SceneGeometry read_geometry(const SceneFile &scene);
 
 struct SceneParts {
-    Part statics; ///< vdb and voxmap are the scene's
-    Part dynamic; ///< pointshell is the scene's
+    Part statics;             ///< vdb and voxmap are the scene's
+    Part dynamic;             ///< pointshell is the scene's
     std::vector<Part> moving; ///< voxmap: of a part with a path
 };
 
-/// convert_part() for both halves, with the scene's voxel and the channels that its field and its effects read; named NAME/static and NAME/dynamic. `options` says the rest.
+/// convert_part() for both halves, with the scene's voxel and the channels that its field and its effects
+/// read; named NAME/static and NAME/dynamic. `options` says the rest.
 SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, const PartOptions &options,
                          Progress &progress);
 
-/// The scene's plan for its device and these parts: NAME.plan, for NAME.voxmap and NAME.pointshell beside it. Throws as
-/// scene_plan().
-std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &geometry, const SceneParts &parts);
+/// The scene's plan for its device and these parts: NAME.plan, for NAME.voxmap and NAME.pointshell beside it.
+/// Throws as scene_plan().
+std::vector<std::uint8_t> plan_of(const SceneFile &scene, const SceneGeometry &geometry,
+                                  const SceneParts &parts);
 
 } // namespace voxshell

@@ -23,7 +23,8 @@ Estimate estimate(const Mesh &mesh, double voxel, const ChannelRequest &channels
 Estimate estimate(const Mesh &mesh, double voxel, const ChannelRequest &channels, double shell_spacing);
 
 /// Throws Failure(requirement), naming the smallest voxel that fits, where estimate() asks for more memory
-/// than `budget` [bytes] or for more points than a .pointshell holds. `length`: what the message calls the voxel.
+/// than `budget` [bytes] or for more points than a .pointshell holds. `length`: what the message calls the
+/// voxel.
 void check_budget(const Mesh &mesh, double voxel, std::uint64_t budget, const ChannelRequest &channels = {},
                   const char *length = "voxel");
 

@@ -140,12 +140,13 @@ void Outputs::add_stream(const fs::path &path, const std::function<void(const Si
     const bool exists = make_way(path);
     Descriptor file(create(path));
     std::uint64_t size = 0;
-    Progress silent; // what gives the pieces looks itself
+    Progress silent;    // what gives the pieces looks itself
     bool same = exists; // with what is there, so far
     const Descriptor old(exists ? open(path.c_str(), O_RDONLY | O_CLOEXEC) : -1);
     std::string block;
     write([&](std::string_view piece) {
-        write_all(path, file.get(), {reinterpret_cast<const std::uint8_t *>(piece.data()), piece.size()}, silent);
+        write_all(path, file.get(), {reinterpret_cast<const std::uint8_t *>(piece.data()), piece.size()},
+                  silent);
         if (same) {
             block.resize(piece.size());
             same = pread(old.get(), block.data(), block.size(), static_cast<off_t>(size)) ==

@@ -41,14 +41,16 @@ double squared_distance_to_triangle(const Point &p, const Point &a, const Point 
     const Point n = cross(minus(b, a), minus(c, a));
     const double nn = dot(n, n);
     if (nn > 0) {
-        const bool inside = dot(cross(minus(b, a), minus(p, a)), n) >= 0 && dot(cross(minus(c, b), minus(p, b)), n) >= 0 &&
+        const bool inside = dot(cross(minus(b, a), minus(p, a)), n) >= 0 &&
+                            dot(cross(minus(c, b), minus(p, b)), n) >= 0 &&
                             dot(cross(minus(a, c), minus(p, c)), n) >= 0;
         if (inside) {
             const double along = dot(minus(p, a), n);
             return along * along / nn;
         }
     }
-    return std::min({squared_distance_to_segment(p, a, b), squared_distance_to_segment(p, b, c), squared_distance_to_segment(p, c, a)});
+    return std::min({squared_distance_to_segment(p, a, b), squared_distance_to_segment(p, b, c),
+                     squared_distance_to_segment(p, c, a)});
 }
 
 double squared_distance_to_box(const Point &p, const Point &low, const Point &high)
@@ -95,13 +97,15 @@ TriangleTree::TriangleTree(const Mesh &mesh) : mesh_(mesh), order_(mesh.triangle
     std::iota(order_.begin(), order_.end(), 0u);
     std::vector<Point> centroids(order_.size());
     for (std::uint32_t t = 0; t < centroids.size(); ++t)
-        for (std::size_t a = 0; a < 3; ++a) centroids[t][a] = corner(t, 0)[a] / 3 + corner(t, 1)[a] / 3 + corner(t, 2)[a] / 3;
+        for (std::size_t a = 0; a < 3; ++a)
+            centroids[t][a] = corner(t, 0)[a] / 3 + corner(t, 1)[a] / 3 + corner(t, 2)[a] / 3;
     nodes_.reserve(2 * order_.size() + 1);
     nodes_.emplace_back();
     build(0, 0, static_cast<std::uint32_t>(order_.size()), centroids);
 }
 
-void TriangleTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t count, const std::vector<Point> &centroids)
+void TriangleTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
+                         const std::vector<Point> &centroids)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     Point low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity}, least = low, most = high;
@@ -117,7 +121,8 @@ void TriangleTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t 
     nodes_[node] = {low, high, first, count};
     if (count <= leaf_triangles) return;
     const Point spread = minus(most, least);
-    const auto axis = static_cast<std::size_t>(std::max_element(spread.begin(), spread.end()) - spread.begin());
+    const auto axis =
+        static_cast<std::size_t>(std::max_element(spread.begin(), spread.end()) - spread.begin());
     const auto begin = order_.begin() + first;
     std::nth_element(begin, begin + count / 2, begin + count, [&](std::uint32_t a, std::uint32_t b) {
         return centroids[a][axis] != centroids[b][axis] ? centroids[a][axis] < centroids[b][axis] : a < b;
@@ -140,10 +145,12 @@ double TriangleTree::distance(const Point &p) const
         const Node &node = nodes_[stack[--size]];
         if (squared_distance_to_box(p, node.low, node.high) >= best) continue;
         for (std::uint32_t n = node.first; n < node.first + node.count; ++n)
-            best = std::min(best, squared_distance_to_triangle(p, corner(order_[n], 0), corner(order_[n], 1), corner(order_[n], 2)));
+            best = std::min(best, squared_distance_to_triangle(p, corner(order_[n], 0), corner(order_[n], 1),
+                                                               corner(order_[n], 2)));
         if (node.count) continue;
         const Node &left = nodes_[node.first], &right = nodes_[node.first + 1];
-        const bool left_nearer = squared_distance_to_box(p, left.low, left.high) < squared_distance_to_box(p, right.low, right.high);
+        const bool left_nearer = squared_distance_to_box(p, left.low, left.high) <
+                                 squared_distance_to_box(p, right.low, right.high);
         stack[size++] = node.first + left_nearer; // the nearer one is looked at first
         stack[size++] = node.first + !left_nearer;
     }
@@ -161,7 +168,9 @@ bool TriangleTree::meets(const Point &low, const Point &high) const
         for (std::size_t a = 0; a < 3; ++a) apart |= node.low[a] > high[a] || node.high[a] < low[a];
         if (apart) continue;
         for (std::uint32_t n = node.first; n < node.first + node.count; ++n)
-            if (triangle_meets_box(corner(order_[n], 0), corner(order_[n], 1), corner(order_[n], 2), low, high)) return true;
+            if (triangle_meets_box(corner(order_[n], 0), corner(order_[n], 1), corner(order_[n], 2), low,
+                                   high))
+                return true;
         if (node.count) continue;
         stack[size++] = node.first;
         stack[size++] = node.first + 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Distance and box queries on a mesh, in doubles and without the lattice: what measures must not share the code of
-// what it measures.
+// Distance and box queries on a mesh, in doubles and without the lattice: what measures must not share the
+// code of what it measures.
 #pragma once
 
 #include "import/scene.hpp"
@@ -11,7 +11,7 @@
 namespace voxshell {
 
 class TriangleTree {
-public:
+  public:
     /// Keeps a reference to the mesh.
     explicit TriangleTree(const Mesh &mesh);
 
@@ -21,12 +21,13 @@ public:
     /// Whether a triangle has a point in the closed box: by clipping its polygon plane by plane.
     bool meets(const Point &low, const Point &high) const;
 
-private:
+  private:
     struct Node {
         Point low, high;
         std::uint32_t first, count; ///< leaf: of order_; inner: count 0, children at first and first + 1
     };
-    void build(std::uint32_t node, std::uint32_t first, std::uint32_t count, const std::vector<Point> &centroids);
+    void build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
+               const std::vector<Point> &centroids);
     const Point &corner(std::uint32_t triangle, int c) const
     {
         return mesh_.vertices[mesh_.triangles[triangle][static_cast<std::size_t>(c)]];

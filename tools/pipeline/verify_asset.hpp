@@ -15,10 +15,10 @@ struct VerifiedAsset {
     std::uint64_t bytes = 0;
 };
 
-/// .voxmap, .pointshell, .plan: every rule of the format, checksums and the content hash. A plan: also that this build knows its effects
-/// and that the assets beside it, where there are any, are those that it was made for. .vdb: the UUID against the content,
-/// grid `state` and the metadata. Throws Failure: system (cannot be read), invalid, unsupported (a newer version; no
-/// asset at all).
+/// .voxmap, .pointshell, .plan: every rule of the format, checksums and the content hash. A plan: also that
+/// this build knows its effects and that the assets beside it, where there are any, are those that it was
+/// made for. .vdb: the UUID against the content, grid `state` and the metadata. Throws Failure: system
+/// (cannot be read), invalid, unsupported (a newer version; no asset at all).
 VerifiedAsset verify_asset(const std::filesystem::path &path);
 
 /// Files below `folder` with the ending of an asset, sorted. Throws Failure(invalid) if there is none.

@@ -46,13 +46,15 @@ std::vector<std::uint8_t> plan_bytes(const PlanFile &file)
     add(VXS_PLAN_SECTION_HAND, std::span(file.hand));
     add(VXS_PLAN_SECTION_MOVE, std::span(file.moves));
     sections.push_back(make_section(VXS_SECTION_META, 1, std::span<const char>(file.meta)));
-    std::vector<std::uint8_t> bytes =
-        container_bytes(VXS_PLAN_MAGIC, VXS_PLAN_VERSION_MAJOR, VXS_PLAN_VERSION_MINOR, file.source_hash, sections);
+    std::vector<std::uint8_t> bytes = container_bytes(VXS_PLAN_MAGIC, VXS_PLAN_VERSION_MAJOR,
+                                                      VXS_PLAN_VERSION_MINOR, file.source_hash, sections);
     const Aligned copy(bytes);
     vxs_asset asset;
     vxs_asset_issue issue;
     if (vxs_asset_from_memory(copy.get(), bytes.size(), nullptr, &asset, &issue) != VXS_OK) {
-        throw Failure(ExitCode::invalid, "", fmt::format("no plan can hold this: rule {}{}: {}", issue.letter, issue.rule, issue.text));
+        throw Failure(
+            ExitCode::invalid, "",
+            fmt::format("no plan can hold this: rule {}{}: {}", issue.letter, issue.rule, issue.text));
     }
     return bytes;
 }
@@ -61,7 +63,8 @@ PlanFile read_plan(const std::filesystem::path &path)
 {
     const AssetFile file(path, VXS_ASSET_PLAN);
     vxs_plan view;
-    if (vxs_plan_open(&file.asset(), &view) != VXS_OK) throw Failure(ExitCode::bug, path.string(), "a checked plan has no view");
+    if (vxs_plan_open(&file.asset(), &view) != VXS_OK)
+        throw Failure(ExitCode::bug, path.string(), "a checked plan has no view");
     PlanFile out;
     out.info = *view.info;
     out.assets.assign(view.assets, view.assets + view.asset_count);
@@ -76,7 +79,8 @@ PlanFile read_plan(const std::filesystem::path &path)
 void put_text(std::span<std::uint8_t> field, std::string_view text)
 {
     if (text.size() >= field.size()) {
-        throw Failure(ExitCode::invalid, "", fmt::format("\"{}\" is longer than a plan's {} bytes", text, field.size() - 1));
+        throw Failure(ExitCode::invalid, "",
+                      fmt::format("\"{}\" is longer than a plan's {} bytes", text, field.size() - 1));
     }
     std::ranges::fill(field, std::uint8_t{0});
     std::ranges::copy(text, field.begin());

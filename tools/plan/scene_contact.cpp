@@ -23,7 +23,7 @@ void check(vxs_result result, const std::string &where)
 
 /// Contact of the scene's shell and map.
 class Feeler {
-public:
+  public:
     Feeler(const vxs_voxmap &map, const vxs_pointshell &shell, const vxs_contact_config &config)
         : config_(config), statics_{&map, nullptr}, room_(vxs_contact_memory(&shell, 1))
     {
@@ -35,7 +35,7 @@ public:
         return result_;
     }
 
-private:
+  private:
     vxs_contact_config config_;
     vxs_contact_static statics_;
     Memory room_;
@@ -52,7 +52,8 @@ vxs_pose moved(vxs_pose pose, const Point &along, double way)
 bool is_free(const vxs_voxmap &map, const Point &p)
 {
     std::int64_t cell[3];
-    return !vxs_voxmap_cell_of(&map, p.data(), cell) || vxs_voxmap_state_at(&map, cell[0], cell[1], cell[2]) == VXS_CELL_FREE;
+    return !vxs_voxmap_cell_of(&map, p.data(), cell) ||
+           vxs_voxmap_state_at(&map, cell[0], cell[1], cell[2]) == VXS_CELL_FREE;
 }
 
 /// How far from p on it is until a free cell.
@@ -78,7 +79,8 @@ Wall wall_at(const vxs_voxmap &map, const vxs_pointshell &shell, const vxs_pose 
     std::vector<Point> touching;
     for (std::uint32_t n = 0; n < shell.point_count; ++n) {
         const double x = shell.x[n], y = shell.y[n], z = shell.z[n];
-        const Point p{r[0] * x + r[1] * y + r[2] * z + pose.position[0], r[3] * x + r[4] * y + r[5] * z + pose.position[1],
+        const Point p{r[0] * x + r[1] * y + r[2] * z + pose.position[0],
+                      r[3] * x + r[4] * y + r[5] * z + pose.position[1],
                       r[6] * x + r[7] * y + r[8] * z + pose.position[2]};
         if (!is_free(map, p)) touching.push_back(p);
     }
@@ -136,7 +138,8 @@ ContactStiffness contact_stiffness(const SceneFile &scene, const vxs_voxmap &map
     }
     if (!(most > 0)) {
         throw Failure(ExitCode::invalid, scene.path.string(),
-                      "the hand's path touches nothing, so that a design has no stiffness to go by; say contact's \"most_stiffness\"");
+                      "the hand's path touches nothing, so that a design has no stiffness to go by; say "
+                      "contact's \"most_stiffness\"");
     }
     return {most, "all that the hand's path asks for at once; \"most_stiffness\" would bound it"};
 }
@@ -145,7 +148,8 @@ std::vector<Push> pushes(const SceneFile &scene, const vxs_voxmap &map, const vx
 {
     Feeler feeler(map, shell, contact_of(scene));
     const auto touches = [&](double t) { return feeler.at(as_runtime(scene.hand.at(t))).depth > 0; };
-    const double end = scene.hand.keyframes.back().t, step = end / std::clamp(std::ceil(end * scene.rate), 1.0, most_steps);
+    const double end = scene.hand.keyframes.back().t,
+                 step = end / std::clamp(std::ceil(end * scene.rate), 1.0, most_steps);
     std::vector<Push> out;
     bool was_free = false;
     for (double t = 0; t < end + step / 2 && out.size() < most_pushes; t += step) {
@@ -164,8 +168,12 @@ std::vector<Push> pushes(const SceneFile &scene, const vxs_voxmap &map, const vx
         const vxs_pose touch = as_runtime(scene.hand.at(high));
         const Wall wall = wall_at(map, shell, touch, along);
         if (!(wall.in + wall.out > 0) || !std::isfinite(wall.out)) continue;
-        Push push{{}, {}, std::max(map.voxel / 8, wall.out / 4000), way / step,
-                  std::max(wall.in + wall.out - map.voxel, 0.5 * map.voxel), 0.5 * (wall.out - wall.in)};
+        Push push{{},
+                  {},
+                  std::max(map.voxel / 8, wall.out / 4000),
+                  way / step,
+                  std::max(wall.in + wall.out - map.voxel, 0.5 * map.voxel),
+                  0.5 * (wall.out - wall.in)};
         for (double depth = 0; depth < wall.out + push.step; depth += push.step) {
             const vxs_contact_result &result = feeler.at(moved(touch, along, depth));
             push.force.push_back(-(result.wrench.force[0] * along[0] + result.wrench.force[1] * along[1] +
@@ -173,7 +181,8 @@ std::vector<Push> pushes(const SceneFile &scene, const vxs_voxmap &map, const vx
         }
         for (double at = std::max(high - before, 0.0); at < high + after; at += 1 / scene.rate) {
             const Point p = scene.hand.at(at).position;
-            push.hand.push_back((p[0] - touch.position[0]) * along[0] + (p[1] - touch.position[1]) * along[1] +
+            push.hand.push_back((p[0] - touch.position[0]) * along[0] +
+                                (p[1] - touch.position[1]) * along[1] +
                                 (p[2] - touch.position[2]) * along[2]);
         }
         out.push_back(push);

@@ -29,15 +29,16 @@ struct SceneCoupling {
     std::optional<Design> design; ///< where the scene asks for one
 };
 
-/// device: with the scene's rate. Throws Failure: invalid (numbers that the rate does not carry), requirement (a
-/// design that is unstable with an arm that counts).
+/// device: with the scene's rate. Throws Failure: invalid (numbers that the rate does not carry), requirement
+/// (a design that is unstable with an arm that counts).
 SceneCoupling scene_coupling(const SceneFile &scene, const vxs_simulated_config &device,
                              const SceneContact &contact);
 
 /// "pt2 5 Hz", "quasi-static 400 N/m (auto)" if it was designed.
 std::string coupling_text(const vxs_coupling_config &config, bool designed);
 
-/// What a design of the scene is given, whether or not the scene asks for one; pushes are the caller's to add.
+/// What a design of the scene is given, whether or not the scene asks for one; pushes are the caller's to
+/// add.
 DesignInput design_input(const SceneFile &scene, const vxs_simulated_config &device, double stiffness);
 
 } // namespace voxshell

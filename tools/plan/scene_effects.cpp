@@ -10,13 +10,15 @@ namespace voxshell {
 namespace {
 
 /// Number of a constant in its kind's table.
-#define CONSTANT(member) static_cast<std::uint32_t>((offsetof(vxs_effect, as.member) - offsetof(vxs_effect, as)) / sizeof(double))
+#define CONSTANT(member)                                                                                     \
+    static_cast<std::uint32_t>((offsetof(vxs_effect, as.member) - offsetof(vxs_effect, as)) / sizeof(double))
 
 void passivity(const SceneEffect &said, const EffectContext &context, vxs_effect &effect)
 {
     const vxs_device_caps &caps = context.caps;
     auto &as = effect.as.passivity;
-    if (!said.says(CONSTANT(passivity.most_damping)) && caps.max_damping > 0) as.most_damping = caps.max_damping;
+    if (!said.says(CONSTANT(passivity.most_damping)) && caps.max_damping > 0)
+        as.most_damping = caps.max_damping;
     if (!said.says(CONSTANT(passivity.delay))) as.delay = caps.delay_samples;
     constexpr double hand = 0.03; // [m], a turn of the hand counts as so much way
     if (!said.says(CONSTANT(passivity.radius))) as.radius = hand;
@@ -74,12 +76,14 @@ std::vector<vxs_effect> scene_effects(const SceneFile &scene, const EffectContex
         const auto said = std::find_if(scene.effects.begin(), scene.effects.end(),
                                        [&](const SceneEffect &e) { return e.effect.kind == kind; });
         if (said == scene.effects.end()) {
-            if (kind == VXS_EFFECT_TORQUE && context.caps.peak_torque > 0) vxs_effect_default(kind, &effects.emplace_back());
+            if (kind == VXS_EFFECT_TORQUE && context.caps.peak_torque > 0)
+                vxs_effect_default(kind, &effects.emplace_back());
             continue;
         }
         if (kind == VXS_EFFECT_TORQUE && !(context.caps.peak_torque > 0)) {
             throw Failure(ExitCode::invalid, scene.path.string(),
-                          said->place + ": " + context.caps.name + " renders no torque: take \"torque\" out, or another device");
+                          said->place + ": " + context.caps.name +
+                              " renders no torque: take \"torque\" out, or another device");
         }
         vxs_effect effect = said->effect;
         for (const auto &each : needs) {
@@ -91,7 +95,8 @@ std::vector<vxs_effect> scene_effects(const SceneFile &scene, const EffectContex
         const vxs_result checked = vxs_effect_check(&effect);
         if (goes) effect.keyframes = nullptr, effect.keyframe_count = 0;
         if (checked != VXS_OK) {
-            throw Failure(ExitCode::invalid, scene.path.string(), said->place + ": " + vxs_result_text(checked));
+            throw Failure(ExitCode::invalid, scene.path.string(),
+                          said->place + ": " + vxs_result_text(checked));
         }
         effects.push_back(effect);
     }
@@ -101,7 +106,8 @@ std::vector<vxs_effect> scene_effects(const SceneFile &scene, const EffectContex
 bool asks_for_mass(const SceneFile &scene)
 {
     return scene.dynamic.density > 0 && std::ranges::any_of(scene.effects, [](const SceneEffect &effect) {
-               return std::ranges::any_of(needs, [&](const auto &each) { return each.kind == effect.effect.kind && each.weighs; });
+               return std::ranges::any_of(
+                   needs, [&](const auto &each) { return each.kind == effect.effect.kind && each.weighs; });
            });
 }
 
@@ -110,7 +116,8 @@ double distance_reach(const SceneFile &scene)
     double reach = 0;
     for (const SceneEffect &effect : scene.effects) {
         for (const auto &each : needs) {
-            if (each.kind == effect.effect.kind && each.distances) reach = std::max(reach, each.distances(effect.effect));
+            if (each.kind == effect.effect.kind && each.distances)
+                reach = std::max(reach, each.distances(effect.effect));
         }
     }
     return reach;

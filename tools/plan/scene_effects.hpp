@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The effects of a scene on a device: what the scene leaves open is as the device or the part has it, else as by default.
+// The effects of a scene on a device: what the scene leaves open is as the device or the part has it, else as
+// by default.
 #pragma once
 
 #include "mesh/mass.hpp"
@@ -17,8 +18,8 @@ struct EffectContext {
     const MassProperties *mass; ///< of what moves, where the scene says its density; else null
 };
 
-/// In order of execution, each with all its constants; torque where the device renders it. Throws Failure(invalid) with the
-/// place for what the device or the runtime refuses.
+/// In order of execution, each with all its constants; torque where the device renders it. Throws
+/// Failure(invalid) with the place for what the device or the runtime refuses.
 std::vector<vxs_effect> scene_effects(const SceneFile &scene, const EffectContext &context);
 
 /// Whether an effect would take its mass from the object.

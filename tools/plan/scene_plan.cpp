@@ -17,7 +17,8 @@ vxs_device_caps caps_of(const vxs_simulated_config &config, const std::string &n
 {
     const Memory room(vxs_simulated_memory());
     vxs_device *device = nullptr;
-    if (const vxs_result result = vxs_simulated_open(room.get(), room.size(), &config, &device); result != VXS_OK) {
+    if (const vxs_result result = vxs_simulated_open(room.get(), room.size(), &config, &device);
+        result != VXS_OK) {
         throw Failure(ExitCode::invalid, "", name + ": " + vxs_result_text(result));
     }
     const vxs_device_caps caps = device->caps;
@@ -62,7 +63,8 @@ void put_coupling(const vxs_coupling_config &coupling, vxs_plan_info &info)
         info.radius = coupling.radius;
         info.evaluations = coupling.evaluations;
         break;
-    default: break;
+    default:
+        break;
     }
 }
 
@@ -145,8 +147,9 @@ Point point(const double v[3])
 
 } // namespace
 
-PlanFile scene_plan(const SceneFile &scene, const std::string &device, std::span<const PlannedAsset> statics, const PlannedAsset &dynamic,
-                    const SceneContact &contact, const std::optional<MassProperties> &mass)
+PlanFile scene_plan(const SceneFile &scene, const std::string &device, std::span<const PlannedAsset> statics,
+                    const PlannedAsset &dynamic, const SceneContact &contact,
+                    const std::optional<MassProperties> &mass)
 {
     const vxs_simulated_config simulated = device_of(scene, device);
     const vxs_device_caps caps = caps_of(simulated, device);
@@ -163,7 +166,8 @@ PlanFile scene_plan(const SceneFile &scene, const std::string &device, std::span
     for (const PlannedAsset &each : statics) plan.assets.push_back(planned(VXS_PLAN_ROLE_STATIC, each));
     plan.assets.push_back(planned(VXS_PLAN_ROLE_DYNAMIC, dynamic));
     plan.moves = moves_of(scene);
-    for (const vxs_effect &effect : scene_effects(scene, {caps, mass ? &*mass : nullptr})) plan.effects.push_back(planned(effect));
+    for (const vxs_effect &effect : scene_effects(scene, {caps, mass ? &*mass : nullptr}))
+        plan.effects.push_back(planned(effect));
     for (const HandPath::Keyframe &keyframe : scene.hand.keyframes) plan.hand.push_back(planned(keyframe));
     return plan;
 }
@@ -197,7 +201,8 @@ HandPath hand_of(std::span<const vxs_plan_keyframe> keyframes)
         const double *q = from.orientation;
         keyframe.pose.rotation = {q[1], q[2], q[3], q[0]};
         if (from.move == VXS_PLAN_MOVE_TURN) {
-            keyframe.turn = HandPath::Keyframe::Turn{point(from.turn_about), point(from.turn_axis), from.turn_angle};
+            keyframe.turn =
+                HandPath::Keyframe::Turn{point(from.turn_about), point(from.turn_axis), from.turn_angle};
         }
         path.keyframes.push_back(keyframe);
     }

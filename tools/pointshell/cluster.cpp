@@ -127,7 +127,8 @@ void split(std::span<Placed> points, std::size_t half, int axis, std::uint32_t l
 void halve(std::span<Placed> points, Progress &progress)
 {
     if (points.size() <= quarter) {
-        std::sort(points.begin(), points.end(), [](const Placed &a, const Placed &b) { return a.index < b.index; });
+        std::sort(points.begin(), points.end(),
+                  [](const Placed &a, const Placed &b) { return a.index < b.index; });
         return;
     }
     std::array<std::uint32_t, 3> low = points[0].cell, high = low;
@@ -147,7 +148,8 @@ void halve(std::span<Placed> points, Progress &progress)
     else
         std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(half), points.end(),
                          [axis](const Placed &a, const Placed &b) {
-                             return a.cell[axis] != b.cell[axis] ? a.cell[axis] < b.cell[axis] : a.index < b.index;
+                             return a.cell[axis] != b.cell[axis] ? a.cell[axis] < b.cell[axis]
+                                                                 : a.index < b.index;
                          });
     const std::span<Placed> lower = points.first(half), upper = points.subspan(half);
     constexpr std::size_t worth_a_task = 1 << 14;

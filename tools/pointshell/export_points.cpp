@@ -43,10 +43,12 @@ void points_csv(const Shell &shell, const std::function<void(std::string_view)> 
 
 void points_ply(const Shell &shell, const std::function<void(std::string_view)> &sink)
 {
-    std::string block = fmt::format("ply\nformat binary_little_endian 1.0\ncomment pointshell, metres and square metres, normals inwards\n"
+    std::string block = fmt::format("ply\nformat binary_little_endian 1.0\ncomment pointshell, metres and "
+                                    "square metres, normals inwards\n"
                                     "element vertex {}\n",
                                     shell.points.size());
-    for (const char *name : {"x", "y", "z", "nx", "ny", "nz", "area"}) block += fmt::format("property float {}\n", name);
+    for (const char *name : {"x", "y", "z", "nx", "ny", "nz", "area"})
+        block += fmt::format("property float {}\n", name);
     block += "end_header\n";
     for (const ShellPoint &point : shell.points) {
         append(block, row(point).data(), 7);
@@ -82,8 +84,8 @@ std::vector<std::uint8_t> points_glb(const Shell &shell)
         R"({{"buffer":0,"byteOffset":{},"byteLength":{},"target":34962}},{{"buffer":0,"byteOffset":{},"byteLength":{},"target":34962}}],)"
         R"("accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3","min":[{},{},{}],"max":[{},{},{}]}},)"
         R"({{"bufferView":1,"componentType":5126,"count":{},"type":"VEC3"}},{{"bufferView":2,"componentType":5126,"count":{},"type":"SCALAR"}}]}})",
-        28 * count, 12 * count, 12 * count, 12 * count, 24 * count, 4 * count, count, low[0], low[1], low[2], high[0], high[1], high[2],
-        count, count);
+        28 * count, 12 * count, 12 * count, 12 * count, 24 * count, 4 * count, count, low[0], low[1], low[2],
+        high[0], high[1], high[2], count, count);
     return glb_bytes(json, {reinterpret_cast<const std::uint8_t *>(binary.data()), binary.size()});
 }
 

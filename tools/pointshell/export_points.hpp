@@ -9,7 +9,8 @@
 
 namespace voxshell {
 
-/// `x,y,z,nx,ny,nz,area` [m, m^2], one line per point in the shell's order; each number reads back as the same float.
+/// `x,y,z,nx,ny,nz,area` [m, m^2], one line per point in the shell's order; each number reads back as the
+/// same float.
 void points_csv(const Shell &shell, const std::function<void(std::string_view)> &sink);
 
 /// Binary little-endian PLY, vertex properties x y z nx ny nz area (float; m, m^2).

@@ -63,10 +63,11 @@ double distance2(const ShellPoint &p, const ShellPoint &q)
     return d2;
 }
 
-// visit(p, q) for the pairs of points in adjacent cells of which one is in bricks [begin, end), each pair once.
+// visit(p, q) for the pairs of points in adjacent cells of which one is in bricks [begin, end), each pair
+// once.
 template<class Visit>
-void each_adjacent(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, std::size_t begin,
-                   std::size_t end, Progress &progress, const Visit &visit)
+void each_adjacent(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
+                   std::size_t begin, std::size_t end, Progress &progress, const Visit &visit)
 {
     progress.check();
     Halo halo;
@@ -88,8 +89,8 @@ constexpr std::size_t grain = 64; // bricks
 
 } // namespace
 
-double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, Progress &progress,
-               Stands stands)
+double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
+               Progress &progress, Stands stands)
 {
     const auto standing = [&](std::uint64_t p) -> const ShellPoint & {
         return shell.points[stands.empty() ? p : stands[p]];
@@ -97,9 +98,10 @@ double gap_max(const Shell &shell, const Cells &cells, const std::vector<std::ui
     const double most2 = tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, cells.bricks.size(), grain), 0.0,
         [&](const tbb::blocked_range<std::size_t> &range, double most) {
-            each_adjacent(shell, cells, first, range.begin(), range.end(), progress, [&](std::uint64_t p, std::uint64_t q) {
-                most = std::max(most, distance2(standing(p), standing(q)));
-            });
+            each_adjacent(shell, cells, first, range.begin(), range.end(), progress,
+                          [&](std::uint64_t p, std::uint64_t q) {
+                              most = std::max(most, distance2(standing(p), standing(q)));
+                          });
             return most;
         },
         [](double a, double b) { return std::max(a, b); });
@@ -125,8 +127,9 @@ std::vector<std::uint8_t> beside_others(const Shell &shell, const Cells &cells,
     return marks;
 }
 
-std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first,
-                                  Stands stands, double limit, Progress &progress)
+std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells,
+                                  const std::vector<std::uint64_t> &first, Stands stands, double limit,
+                                  Progress &progress)
 {
     std::vector<std::uint8_t> marks(shell.points.size());
     const double limit2 = limit * limit;
@@ -137,8 +140,10 @@ std::vector<std::uint8_t> too_far(const Shell &shell, const Cells &cells, const 
                       [&](const tbb::blocked_range<std::size_t> &range) {
                           each_adjacent(shell, cells, first, range.begin(), range.end(), progress,
                                         [&](std::uint64_t p, std::uint64_t q) {
-                                            if (stands[p] == stands[q] || (stands[p] == p && stands[q] == q)) return;
-                                            if (distance2(shell.points[stands[p]], shell.points[stands[q]]) <= limit2)
+                                            if (stands[p] == stands[q] || (stands[p] == p && stands[q] == q))
+                                                return;
+                                            if (distance2(shell.points[stands[p]], shell.points[stands[q]]) <=
+                                                limit2)
                                                 return;
                                             mark(p), mark(q);
                                         });
@@ -155,7 +160,8 @@ void borrow_normals(Shell &shell, const Cells &cells, const std::vector<std::uin
     Halo halo;
     for (std::size_t b = 0; b < cells.bricks.size(); ++b) {
         progress.check();
-        const std::span<const ShellPoint> own{shell.points.data() + first[b], shell.points.data() + first[b + 1]};
+        const std::span<const ShellPoint> own{shell.points.data() + first[b],
+                                              shell.points.data() + first[b + 1]};
         if (std::none_of(own.begin(), own.end(), bare)) continue;
         halo.fill(shell, cells, first, b);
         for (std::uint64_t p = first[b]; p < first[b + 1]; ++p) {

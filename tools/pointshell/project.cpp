@@ -118,7 +118,7 @@ Size size_of(const CellTriangle &triangle)
 {
     return within(triangle.lattice, small_reach)    ? Size::small
            : within(triangle.lattice, medium_reach) ? Size::medium
-                                              : Size::large;
+                                                    : Size::large;
 }
 
 Vec meeting(const CellTriangle &triangle, Size size, int carrier, int face)
@@ -130,8 +130,8 @@ Vec meeting(const CellTriangle &triangle, Size size, int carrier, int face)
                                : meeting_plane<Wide>(triangle, carrier, face);
 }
 
-// Puts into `out` what remains of `in` on V's side of `face` (Sutherland, Hodgman). False, and nothing, where that is
-// all of it.
+// Puts into `out` what remains of `in` on V's side of `face` (Sutherland, Hodgman). False, and nothing, where
+// that is all of it.
 bool cut(const Polygon &in, const CellTriangle &triangle, Size size, int face, Polygon &out)
 {
     const int axis = axis_of(face);
@@ -245,7 +245,8 @@ CellTriangle seen_from(const Cell &cell, const LatticeTriangle &triangle)
     out.normal = triangle.normal;
     out.offset = 0;
     if (out.normal == Vec{}) return out;
-    if (within(out.lattice, small_reach)) { // products of at most 2^19 by the rounded normal: as good as exact
+    if (within(out.lattice,
+               small_reach)) { // products of at most 2^19 by the rounded normal: as good as exact
         out.offset = dot(out.corner[0], out.normal);
         return out;
     }

@@ -26,7 +26,8 @@ std::array<std::uint16_t, 512> cell_order()
     for (std::uint16_t c = 0; c < 512; ++c) {
         int place = 0; // the bits of i, j and k in turn
         for (int bit = 0; bit < 3; ++bit)
-            place |= (c >> (6 + bit) & 1) << (3 * bit + 2) | (c >> (3 + bit) & 1) << (3 * bit + 1) | (c >> bit & 1) << 3 * bit;
+            place |= (c >> (6 + bit) & 1) << (3 * bit + 2) | (c >> (3 + bit) & 1) << (3 * bit + 1) |
+                     (c >> bit & 1) << 3 * bit;
         order[place] = c;
     }
     return order;
@@ -196,7 +197,8 @@ Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Ce
     tbb::parallel_for(
         std::size_t{0}, portions.size(),
         [&](std::size_t p) {
-            const std::size_t begin = p * bricks_per_portion, end = std::min(bricks, begin + bricks_per_portion);
+            const std::size_t begin = p * bricks_per_portion,
+                              end = std::min(bricks, begin + bricks_per_portion);
             for (std::size_t b = begin; b < end; ++b) {
                 progress.check();
                 first[b] = portions[p].points.size(); // within the portion, for now

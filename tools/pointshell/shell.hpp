@@ -29,11 +29,11 @@ struct Cluster {
 
 /// What thinning (thin.hpp) did, and what it cost.
 struct Thinning {
-    double angle = 0;                ///< as asked for [rad]; 0: not thinned
+    double angle = 0; ///< as asked for [rad]; 0: not thinned
     std::uint64_t points_before = 0;
-    double gap_before = 0;           ///< [m]
-    double distance_max = 0;         ///< of a point left out from the one that stands for it [m]
-    double normal_max = 0;           ///< angle between the normals of these two [rad]
+    double gap_before = 0;   ///< [m]
+    double distance_max = 0; ///< of a point left out from the one that stands for it [m]
+    double normal_max = 0;   ///< angle between the normals of these two [rad]
 };
 
 struct Shell {
@@ -41,9 +41,9 @@ struct Shell {
     double voxel = 0;
     std::vector<ShellPoint> points; ///< in cluster order: a pure function of the input
     std::vector<Cluster> clusters;
-    double area = 0;          ///< sum of weights [m^2]
-    /// Largest distance between points of face- or edge-adjacent surface cells [m]; where another point stands for a
-    /// cell (thin.hpp), that one's.
+    double area = 0; ///< sum of weights [m^2]
+    /// Largest distance between points of face- or edge-adjacent surface cells [m]; where another point
+    /// stands for a cell (thin.hpp), that one's.
     double gap_max = 0;
     double surface_error = 0; ///< largest distance of a stored (rounded) point from the mesh [m]
     std::array<double, 3> center{};
@@ -56,9 +56,9 @@ struct Shell {
 ///   exact  per surface cell the point of the mesh inside the cell that is nearest to the cell's centre;
 ///          where the area-weighted mean normal nearly cancels, one point per side (method section 2).
 ///   naive  the cell's centre (McNeely 1999), same normals and weights.
-/// The winding is taken as it is (counter-clockwise seen from outside): orient the mesh first (mesh/orient.hpp).
-/// `thin_angle` [rad]: how much normals may differ for one point to stand for several cells (thin.hpp); 0: a point for
-/// each. Deterministic for any thread count.
+/// The winding is taken as it is (counter-clockwise seen from outside): orient the mesh first
+/// (mesh/orient.hpp). `thin_angle` [rad]: how much normals may differ for one point to stand for several
+/// cells (thin.hpp); 0: a point for each. Deterministic for any thread count.
 Shell make_shell(const LatticeMesh &mesh, const BrickTriangles &binned, const Cells &cells, ShellKind kind,
                  Progress &progress, double thin_angle = 0);
 

@@ -40,7 +40,8 @@ class Thinner {
   public:
     Thinner(const Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &first, double angle,
             Progress &progress)
-        : points_(shell.points), cells_(cells), cosine_(cosine_of(angle)), height_(std::sin(angle) * shell.voxel),
+        : points_(shell.points), cells_(cells), cosine_(cosine_of(angle)),
+          height_(std::sin(angle) * shell.voxel),
           stays_(beside_others(shell, cells, first, cosine_, progress))
     {
     }
@@ -65,21 +66,23 @@ class Thinner {
                (p + 1 < run.second && points_[p + 1].cell == points_[p].cell);
     }
 
-    // The same place of every block, the centre of its first cell: so kept points of a plane stand in rows, 2 h apart.
+    // The same place of every block, the centre of its first cell: so kept points of a plane stand in rows, 2
+    // h apart.
     std::uint64_t nearest_to_anchor(const Run &run) const
     {
         std::array<double, 3> anchor;
         const BrickAt &at = cells_.bricks[points_[run.first].brick].at;
         const int block = block_of(points_[run.first]), within[3] = {block >> 6, block >> 3 & 7, block & 7};
         for (int i = 0; i < 3; ++i)
-            anchor[i] =
-                cells_.voxel * (static_cast<double>(cells_.origin[i] + 8 * std::int64_t{at[i]} + within[i]) + 0.5);
+            anchor[i] = cells_.voxel *
+                        (static_cast<double>(cells_.origin[i] + 8 * std::int64_t{at[i]} + within[i]) + 0.5);
         std::uint64_t best = run.second;
         double least = INFINITY;
         for (std::uint64_t p = run.first; p < run.second; ++p) {
             if (stays(run, p)) continue;
             const auto position = wide(points_[p].position);
-            const std::array<double, 3> off{position[0] - anchor[0], position[1] - anchor[1], position[2] - anchor[2]};
+            const std::array<double, 3> off{position[0] - anchor[0], position[1] - anchor[1],
+                                            position[2] - anchor[2]};
             if (dot(off, off) < least) least = dot(off, off), best = p;
         }
         return best;
@@ -88,7 +91,8 @@ class Thinner {
     bool agrees(const ShellPoint &kept, const ShellPoint &other) const
     {
         const auto normal = wide(kept.normal);
-        return dot(normal, wide(other.normal)) >= cosine_ && std::abs(dot(from_to(kept, other), normal)) <= height_;
+        return dot(normal, wide(other.normal)) >= cosine_ &&
+               std::abs(dot(from_to(kept, other), normal)) <= height_;
     }
 
     const std::vector<ShellPoint> &points_;
@@ -106,14 +110,15 @@ void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &fi
     std::vector<std::uint32_t> stands(points.size());
     for (std::uint32_t p = 0; p < stands.size(); ++p) stands[p] = p;
     const Thinner thinner(shell, cells, first, angle, progress);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.bricks.size(), 64),
-                      [&](const tbb::blocked_range<std::size_t> &range) {
-                          for (std::size_t b = range.begin(); b != range.end(); ++b)
-                              for (std::uint64_t begin = first[b], end = begin; begin < first[b + 1]; begin = end) {
-                                  while (end < first[b + 1] && block_of(points[end]) == block_of(points[begin])) ++end;
-                                  thinner.block({begin, end}, stands);
-                              }
-                      });
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, cells.bricks.size(), 64),
+        [&](const tbb::blocked_range<std::size_t> &range) {
+            for (std::size_t b = range.begin(); b != range.end(); ++b)
+                for (std::uint64_t begin = first[b], end = begin; begin < first[b + 1]; begin = end) {
+                    while (end < first[b + 1] && block_of(points[end]) == block_of(points[begin])) ++end;
+                    thinner.block({begin, end}, stands);
+                }
+        });
 
     // Points come back, each its own again, until none is too far. Each round brings back at least one.
     const double limit = 3 * shell.voxel;
@@ -151,7 +156,8 @@ void thin(Shell &shell, const Cells &cells, const std::vector<std::uint64_t> &fi
         if (stands[p] != p) continue;
         ShellPoint point = points[p];
         point.area = static_cast<float>(area[p]);
-        const bool same_cell = kept > 0 && points[kept - 1].brick == point.brick && points[kept - 1].cell == point.cell;
+        const bool same_cell =
+            kept > 0 && points[kept - 1].brick == point.brick && points[kept - 1].cell == point.cell;
         shell.surface_cells += !same_cell;
         points[kept++] = point;
     }

@@ -25,16 +25,19 @@ struct Key {
 
 bool is_component(std::string_view name, std::string_view vector, char axis)
 {
-    return name.size() == vector.size() + 2 && name.starts_with(vector) && name[vector.size()] == '_' && name.back() == axis;
+    return name.size() == vector.size() + 2 && name.starts_with(vector) && name[vector.size()] == '_' &&
+           name.back() == axis;
 }
 
 std::vector<Key> keys_of(std::span<const vxs_effect_constant> constants)
 {
     std::vector<Key> keys;
     for (std::uint32_t n = 0; n < constants.size(); ++n) {
-        const std::string_view name = constants[n].name, vector = name.substr(0, name.size() - std::min<std::size_t>(2, name.size()));
+        const std::string_view name = constants[n].name,
+                               vector = name.substr(0, name.size() - std::min<std::size_t>(2, name.size()));
         const bool is_vector = n + 2 < constants.size() && is_component(name, vector, 'x') &&
-                               is_component(constants[n + 1].name, vector, 'y') && is_component(constants[n + 2].name, vector, 'z');
+                               is_component(constants[n + 1].name, vector, 'y') &&
+                               is_component(constants[n + 2].name, vector, 'z');
         keys.push_back({is_vector ? vector : name, n, is_vector ? 3u : 1u});
         n += keys.back().count - 1;
     }
@@ -49,10 +52,13 @@ double constant(const JsonPlace &at, const vxs_effect_constant &as)
         value = at.number();
     } else {
         const auto dimension = dimension_of(unit);
-        if (!dimension) throw Failure(ExitCode::bug, "", fmt::format("constant {} has a unit that no scene can say: {}", as.name, unit));
+        if (!dimension)
+            throw Failure(ExitCode::bug, "",
+                          fmt::format("constant {} has a unit that no scene can say: {}", as.name, unit));
         value = at.quantity(*dimension);
     }
-    if (!(value >= as.least && value <= as.most)) at.refuse(fmt::format("must be {:g}{} to {:g}{}", as.least, unit, as.most, unit));
+    if (!(value >= as.least && value <= as.most))
+        at.refuse(fmt::format("must be {:g}{} to {:g}{}", as.least, unit, as.most, unit));
     return value;
 }
 
@@ -71,7 +77,8 @@ SceneEffect effect(const JsonPlace &at, std::uint32_t kind)
     for (const Key &key : keys) {
         const auto found = object.find(key.name);
         if (!found) continue;
-        const std::vector<JsonPlace> values = key.count == 1 ? std::vector{*found} : found->items(key.count, key.count);
+        const std::vector<JsonPlace> values =
+            key.count == 1 ? std::vector{*found} : found->items(key.count, key.count);
         for (std::uint32_t n = 0; n < key.count; ++n) {
             result.effect.as.constants[key.first + n] = constant(values[n], constants[key.first + n]);
             result.said |= 1u << (key.first + n);
@@ -96,14 +103,16 @@ void read_list(const JsonPlace &list, bool guards, std::vector<SceneEffect> &eff
         const JsonPlace name = JsonObject::any(item).get("kind");
         const std::uint32_t kind = vxs_effect_kind_named(name.string("the name of a kind").c_str());
         if (kind && (vxs_effect_is_guard(kind) != 0) != guards) {
-            name.refuse(guards ? "is an effect: it belongs into \"effects\"" : "is a guard: it belongs into \"guards\"");
+            name.refuse(guards ? "is an effect: it belongs into \"effects\""
+                               : "is a guard: it belongs into \"guards\"");
         }
         if (!kind) {
             const std::vector<std::string_view> known = kinds(guards);
             if (known.empty()) name.refuse("there are no effects but guards");
             name.choice(known);
         }
-        if (std::any_of(effects.begin(), effects.end(), [&](const SceneEffect &e) { return e.effect.kind == kind; })) {
+        if (std::any_of(effects.begin(), effects.end(),
+                        [&](const SceneEffect &e) { return e.effect.kind == kind; })) {
             name.refuse("is there already");
         }
         effects.push_back(effect(item, kind));
@@ -112,7 +121,8 @@ void read_list(const JsonPlace &list, bool guards, std::vector<SceneEffect> &eff
 
 } // namespace
 
-std::vector<SceneEffect> read_effects(const std::optional<JsonPlace> &guards, const std::optional<JsonPlace> &effects)
+std::vector<SceneEffect> read_effects(const std::optional<JsonPlace> &guards,
+                                      const std::optional<JsonPlace> &effects)
 {
     std::vector<SceneEffect> result;
     if (guards) {

@@ -11,7 +11,8 @@
 namespace voxshell {
 namespace {
 
-constexpr const char *above = R"(// A scene: what stands, what moves, how contact feels, on which device, and where the hand goes.
+constexpr const char *above =
+    R"(// A scene: what stands, what moves, how contact feels, on which device, and where the hand goes.
 // Comments are read over. A number with a dimension is a string with its unit. What has no default is marked *.
 {
   "scene": "voxshell-scene/1",                   // * version of this format
@@ -79,8 +80,8 @@ std::string item(std::uint32_t kind)
         const std::string name = constants[n].name;
         const bool is_vector = n + 2 < count && name.ends_with("_x");
         if (is_vector) {
-            text += fmt::format(", \"{}\": [{}, {}, {}]", name.substr(0, name.size() - 2), value(constants[n]), value(constants[n + 1]),
-                                value(constants[n + 2]));
+            text += fmt::format(", \"{}\": [{}, {}, {}]", name.substr(0, name.size() - 2),
+                                value(constants[n]), value(constants[n + 1]), value(constants[n + 2]));
             n += 2;
         } else {
             text += fmt::format(", \"{}\": {}", name, value(constants[n]));
@@ -98,15 +99,18 @@ std::string example_scene()
     std::string guards, more_guards, effects;
     for (std::uint32_t n = 0, kind; (kind = vxs_effect_kind_at(n)) != 0; ++n) {
         const std::span defaults(standard.effects, standard.effect_count);
-        if (vxs_effect_is_guard(kind) && std::ranges::find(defaults, kind, &vxs_effect::kind) != defaults.end()) {
+        if (vxs_effect_is_guard(kind) &&
+            std::ranges::find(defaults, kind, &vxs_effect::kind) != defaults.end()) {
             guards += (guards.empty() ? "    " : ",\n    ") + item(kind);
         } else {
             (vxs_effect_is_guard(kind) ? more_guards : effects) += "    // " + item(kind) + "\n";
         }
     }
-    return fmt::format("{}  \"guards\": [\n{}\n{}  ],\n\n{}  \"effects\": [\n{}  ],\n{}", above, guards, more_guards,
-                       "  // What the tick does besides, each with its constants as by default. What is not listed costs nothing.\n", effects,
-                       below);
+    return fmt::format("{}  \"guards\": [\n{}\n{}  ],\n\n{}  \"effects\": [\n{}  ],\n{}", above, guards,
+                       more_guards,
+                       "  // What the tick does besides, each with its constants as by default. What is not "
+                       "listed costs nothing.\n",
+                       effects, below);
 }
 
 } // namespace voxshell

@@ -191,7 +191,8 @@ JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
     const auto watch = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json &value) {
         using Event = nlohmann::json::parse_event_t;
         if (depth > max_depth) {
-            throw Failure(ExitCode::invalid, file_.string(), "nested deeper than " + std::to_string(max_depth));
+            throw Failure(ExitCode::invalid, file_.string(),
+                          "nested deeper than " + std::to_string(max_depth));
         }
         if (event == Event::object_start) {
             keys.emplace_back();
@@ -206,7 +207,8 @@ JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
     try {
         json_ = std::make_unique<nlohmann::json>(nlohmann::json::parse(text, watch, true, true));
     } catch (const nlohmann::json::exception &error) {
-        std::string what = error.what(); // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
+        std::string what =
+            error.what(); // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
         what.erase(0, what.find("] ") == std::string::npos ? 0 : what.find("] ") + 2);
         throw Failure(ExitCode::invalid, file_.string(), "not JSON: " + shown(what));
     }

@@ -21,21 +21,26 @@ namespace voxshell {
 
 /// A value of the document and its JSON pointer. Borrows the document.
 class JsonPlace {
-public:
+  public:
     JsonPlace(const nlohmann::json &value, std::string pointer, const std::filesystem::path &file)
-        : value_(&value), pointer_(std::move(pointer)), file_(&file) {}
+        : value_(&value), pointer_(std::move(pointer)), file_(&file)
+    {
+    }
     [[noreturn]] void refuse(const std::string &why) const; ///< throws Failure(invalid)
-    double number() const; ///< finite
+    double number() const;                                  ///< finite
     bool boolean() const;
     std::string string(std::string_view expected) const;
     double quantity(Dimension dimension) const; ///< a string with a number and its unit
     std::size_t choice(std::span<const std::string_view> names) const; ///< index of the string's value
-    std::size_t choice(std::initializer_list<std::string_view> names) const { return choice(std::span(names.begin(), names.size())); }
+    std::size_t choice(std::initializer_list<std::string_view> names) const
+    {
+        return choice(std::span(names.begin(), names.size()));
+    }
     std::vector<JsonPlace> items(std::size_t least, std::size_t most) const;
 
     const std::string &pointer() const { return pointer_; }
 
-private:
+  private:
     friend class JsonObject;
     const nlohmann::json *value_;
     std::string pointer_;
@@ -44,30 +49,32 @@ private:
 
 /// An object with these keys and no others: the first unknown one is refused, with the nearest that is known.
 class JsonObject {
-public:
+  public:
     JsonObject(JsonPlace place, std::span<const std::string_view> keys);
     JsonObject(JsonPlace place, std::initializer_list<std::string_view> keys)
-        : JsonObject(std::move(place), std::span(keys.begin(), keys.size())) {}
+        : JsonObject(std::move(place), std::span(keys.begin(), keys.size()))
+    {
+    }
     /// With any keys: for a look at the one that says which others there may be.
     static JsonObject any(JsonPlace place);
     JsonPlace get(std::string_view key) const; ///< refuses if it is not there
     std::optional<JsonPlace> find(std::string_view key) const;
 
-private:
+  private:
     explicit JsonObject(JsonPlace place);
     JsonPlace place_;
 };
 
-/// A parsed file; comments (// and /* */) are read over. Throws Failure(system) if it cannot be read; Failure(invalid) for text that is not JSON,
-/// doubled keys, nesting deeper than 16 or more than 16 MiB.
+/// A parsed file; comments (// and /* */) are read over. Throws Failure(system) if it cannot be read;
+/// Failure(invalid) for text that is not JSON, doubled keys, nesting deeper than 16 or more than 16 MiB.
 class JsonDocument {
-public:
+  public:
     explicit JsonDocument(const std::filesystem::path &file);
     ~JsonDocument();
     JsonPlace root() const;
     const std::array<std::uint8_t, 32> &source_hash() const { return source_hash_; } ///< SHA-256 of the text
 
-private:
+  private:
     std::filesystem::path file_;
     std::array<std::uint8_t, 32> source_hash_;
     std::unique_ptr<nlohmann::json> json_;

@@ -64,7 +64,8 @@ constexpr Unit units[] = {
 };
 
 /// All of `text` as a number.
-template <class Number> bool parse(std::string_view text, Number &number)
+template<class Number>
+bool parse(std::string_view text, Number &number)
 {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     return error == std::errc{} && end == text.data() + text.size();
@@ -107,7 +108,8 @@ std::optional<double> parse_quantity(std::string_view text, Dimension dimension)
     for (const Unit &unit : units) {
         if (unit.dimension == dimension && unit.name == text) {
             const auto value = scaled(number, unit.power);
-            return value && std::isfinite(*value * unit.factor) ? std::optional(*value * unit.factor) : std::nullopt;
+            return value && std::isfinite(*value * unit.factor) ? std::optional(*value * unit.factor)
+                                                                : std::nullopt;
         }
     }
     return std::nullopt;

@@ -9,13 +9,31 @@
 namespace voxshell {
 
 enum class Dimension {
-    length, time, frequency, angle, stiffness, foundation, mass, speed, damping, force_rate, torque_rate,
-    force, torque, acceleration, angular_speed, angular_damping, angular_stiffness, inertia, density, energy,
+    length,
+    time,
+    frequency,
+    angle,
+    stiffness,
+    foundation,
+    mass,
+    speed,
+    damping,
+    force_rate,
+    torque_rate,
+    force,
+    torque,
+    acceleration,
+    angular_speed,
+    angular_damping,
+    angular_stiffness,
+    inertia,
+    density,
+    energy,
     per_speed
 };
 
-/// The SI value of "NUMBER UNIT" (a space between them is optional), or nothing if it is not a finite number with
-/// a unit of that dimension. SI: the unit of the table that is neither a multiple nor a part.
+/// The SI value of "NUMBER UNIT" (a space between them is optional), or nothing if it is not a finite number
+/// with a unit of that dimension. SI: the unit of the table that is neither a multiple nor a part.
 std::optional<double> parse_quantity(std::string_view text, Dimension dimension);
 
 /// The dimension of an SI unit as the runtime's tables write it ("Ns/m"), or nothing for none such.

@@ -30,7 +30,8 @@ Point lengths(const JsonPlace &at)
 }
 
 /// N numbers as a unit vector.
-template <std::size_t N> std::array<double, N> direction(const JsonPlace &at)
+template<std::size_t N>
+std::array<double, N> direction(const JsonPlace &at)
 {
     const auto items = at.items(N, N);
     std::array<double, N> v;
@@ -84,7 +85,8 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool mo
     }
     result.file = folder / name;
     if (const auto unit = object.find("unit")) {
-        const auto metres = parse_quantity(fmt::format("1{}", unit->string("mm, cm, m or in")), Dimension::length);
+        const auto metres =
+            parse_quantity(fmt::format("1{}", unit->string("mm, cm, m or in")), Dimension::length);
         if (!metres) {
             unit->refuse("must be one of " + units_of(Dimension::length));
         }
@@ -137,14 +139,16 @@ void contact(const JsonPlace &at, SceneFile &scene)
     if (const auto field = object.find("field")) {
         scene.field = static_cast<ContactField>(field->choice({"surface", "layers", "distance"}));
         if (scene.law == ContactLaw::gradient && scene.field != ContactField::distance) {
-            field->refuse("law gradient takes its direction from field distance; original, average and patch work with any field");
+            field->refuse("law gradient takes its direction from field distance; original, average and patch "
+                          "work with any field");
         }
     }
     if (const auto weighting = object.find("weighting")) {
         scene.weighting = static_cast<Weighting>(weighting->choice({"count", "count-capped", "area"}));
     }
-    scene.stiffness = positive(object.get("stiffness"), scene.weighting == Weighting::area ? Dimension::foundation
-                                                                                          : Dimension::stiffness);
+    scene.stiffness =
+        positive(object.get("stiffness"),
+                 scene.weighting == Weighting::area ? Dimension::foundation : Dimension::stiffness);
     if (const auto most = object.find("most_stiffness")) {
         scene.most_stiffness = positive(*most, Dimension::stiffness);
     }
@@ -225,8 +229,8 @@ void quasi_static(const JsonPlace &at, const JsonObject &any, SceneFile &scene)
 
 void coupling(const JsonPlace &at, SceneFile &scene)
 {
-    const JsonObject any(at, {"kind", "design", "assume", "frequency", "damping", "prewarp", "gain", "stiffness", "viscosity",
-                              "mass", "radius", "evaluations"});
+    const JsonObject any(at, {"kind", "design", "assume", "frequency", "damping", "prewarp", "gain",
+                              "stiffness", "viscosity", "mass", "radius", "evaluations"});
     const auto kind = any.find("kind");
     if (!kind && any.find("design")) {
         scene.coupling = CouplingKind::designed;
@@ -236,12 +240,20 @@ void coupling(const JsonPlace &at, SceneFile &scene)
         solver(any, scene);
         return;
     }
-    scene.coupling = static_cast<CouplingKind>(any.get("kind").choice({"none", "pt2", "spring-damper", "quasi-static"}));
+    scene.coupling =
+        static_cast<CouplingKind>(any.get("kind").choice({"none", "pt2", "spring-damper", "quasi-static"}));
     switch (scene.coupling) {
-    case CouplingKind::none: JsonObject(at, {"kind"}); return;
-    case CouplingKind::pt2: pt2(at, any, scene); return;
-    case CouplingKind::designed: break; // no choice gives it
-    case CouplingKind::quasi_static: quasi_static(at, any, scene); return;
+    case CouplingKind::none:
+        JsonObject(at, {"kind"});
+        return;
+    case CouplingKind::pt2:
+        pt2(at, any, scene);
+        return;
+    case CouplingKind::designed:
+        break; // no choice gives it
+    case CouplingKind::quasi_static:
+        quasi_static(at, any, scene);
+        return;
     case CouplingKind::spring_damper: {
         const JsonObject object(at, {"kind", "stiffness", "mass", "damping", "radius"});
         scene.spring_stiffness = positive(object.get("stiffness"), Dimension::stiffness);
@@ -265,12 +277,14 @@ Point turned(const HandPath::Keyframe::Turn &turn, const Point &from, double sha
 void ask_for_motion(const JsonPlace &statics, SceneFile &scene)
 {
     const auto goes = [](const ScenePart &part) { return !part.path.empty(); };
-    const auto asked = std::ranges::find(scene.effects, std::uint32_t{VXS_EFFECT_MOTION}, [](const SceneEffect &e) { return e.effect.kind; });
+    const auto asked = std::ranges::find(scene.effects, std::uint32_t{VXS_EFFECT_MOTION},
+                                         [](const SceneEffect &e) { return e.effect.kind; });
     if (std::ranges::none_of(scene.statics, goes)) {
         if (asked != scene.effects.end()) statics.refuse("the effect motion needs a part with a \"path\"");
         return;
     }
-    if (std::ranges::all_of(scene.statics, goes)) statics.refuse("at least one part must stand: one without a \"path\"");
+    if (std::ranges::all_of(scene.statics, goes))
+        statics.refuse("at least one part must stand: one without a \"path\"");
     if (asked == scene.effects.end()) {
         SceneEffect motion;
         motion.place = statics.pointer();
@@ -322,13 +336,15 @@ Point rotate(const Quaternion &q, const Point &v)
     const Point u{q[0], q[1], q[2]};
     const Point t = cross(u, v);
     const Point s = cross(u, t);
-    return {v[0] + 2 * (q[3] * t[0] + s[0]), v[1] + 2 * (q[3] * t[1] + s[1]), v[2] + 2 * (q[3] * t[2] + s[2])};
+    return {v[0] + 2 * (q[3] * t[0] + s[0]), v[1] + 2 * (q[3] * t[1] + s[1]),
+            v[2] + 2 * (q[3] * t[2] + s[2])};
 }
 
 Pose HandPath::at(double t) const
 {
-    const auto next = std::upper_bound(keyframes.begin(), keyframes.end(), t,
-                                       [](double time, const Keyframe &keyframe) { return time < keyframe.t; });
+    const auto next =
+        std::upper_bound(keyframes.begin(), keyframes.end(), t,
+                         [](double time, const Keyframe &keyframe) { return time < keyframe.t; });
     if (next == keyframes.begin()) {
         return keyframes.front().pose;
     }
@@ -342,7 +358,8 @@ Pose HandPath::at(double t) const
         result.position = turned(*next->turn, from.pose.position, share);
     } else {
         for (std::size_t n = 0; n < 3; ++n) {
-            result.position[n] = from.pose.position[n] + share * (next->pose.position[n] - from.pose.position[n]);
+            result.position[n] =
+                from.pose.position[n] + share * (next->pose.position[n] - from.pose.position[n]);
         }
     }
     // Normalised linear interpolation the short way round: keyframes of a hand are near each other.
@@ -362,8 +379,8 @@ Pose HandPath::at(double t) const
 SceneFile read_scene(const std::filesystem::path &path)
 {
     const JsonDocument document(path);
-    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling", "guards", "effects",
-                                              "device", "arm", "rate", "hand"});
+    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling",
+                                              "guards", "effects", "device", "arm", "rate", "hand"});
     SceneFile scene;
     scene.path = path;
     scene.source_hash = document.source_hash();

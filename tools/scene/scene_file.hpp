@@ -1,48 +1,61 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The scene file (.scene.json, "voxshell-scene/1"; formats/schema/scene.schema.json; `voxshell convert --example-scene`): what stands, what moves, how it feels, and where the hand goes.
+// The scene file (.scene.json, "voxshell-scene/1"; formats/schema/scene.schema.json; `voxshell convert
+// --example-scene`): what stands, what moves, how it feels, and where the hand goes.
 //
 //   {
 //     "scene": "voxshell-scene/1",
 //     "voxel": "2mm",                                  edge of a cell, of both assets
 //     "static":  [{"file": "cup.glb",                  relative, inside the scene's own folder
 //                  "unit": "mm", "up": "z",            STL only / where the file is Z-up
-//                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in glTF
-//         "path": [{"t": "0s", "position": [..]}, {"t": "1s", "position": [..], "rotation": [..]}] in place of a pose: the part moves
+//                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in
+//                  glTF
+//         "path": [{"t": "0s", "position": [..]}, {"t": "1s", "position": [..], "rotation": [..]}] in place
+//         of a pose: the part moves
 //           (effect motion, effect.h), and has a map of its own; at least one part has none
 //     "dynamic": [{"file": "sphere.glb",               exactly one
-//                  "density": "1g/cm^3"}],             for effects that ask what it weighs: mass, com and inertia that they do not say
+//                  "density": "1g/cm^3"}],             for effects that ask what it weighs: mass, com and
+//                  inertia that they do not say
 //     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
-//         law: original|average|patch|gradient; field: surface|layers|distance (its map gets that channel; with gradient: distance
-//         alone, and of itself); most_stiffness: "5N/mm" bounds the whole contact; weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3)
-//         budget, with area only: "20us": what contact may take in a tick, at coarser levels of detail if need be
+//         law: original|average|patch|gradient; field: surface|layers|distance (its map gets that channel;
+//         with gradient: distance alone, and of itself); most_stiffness: "5N/mm" bounds the whole contact;
+//         weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3) budget, with area only:
+//         "20us": what contact may take in a tick, at coarser levels of detail if need be
 //     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
-//         none, or pt2 with "prewarp": true if its frequency is to be exact; instead of frequency and damping also
-//           "stiffness": "500N/m", "viscosity": "10Ns/m", "mass": "50g", then "gain": unity|physical (1/stiffness)
+//         none, or pt2 with "prewarp": true if its frequency is to be exact; instead of frequency and damping
+//         also
+//           "stiffness": "500N/m", "viscosity": "10Ns/m", "mass": "50g", then "gain": unity|physical
+//           (1/stiffness)
 //         {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7, "radius": "20mm"}
 //         {"kind": "quasi-static", "stiffness": "1N/mm", "radius": "20mm", "evaluations": 3}
-//         {"kind": "pt2", "design": "auto"} (or quasi-static): what the device carries, held by anybody or nobody; refused if
+//         {"kind": "pt2", "design": "auto"} (or quasi-static): what the device carries, held by anybody or
+//         nobody; refused if
 //           nothing is stable; "assume": free|pen|hand|arm: only that one counts
-//         {"design": "auto"}: picks the kind as well: pt2 if it is stable and stops the hand's own path before the middle of
-//           what it pushes against; else quasi-static, where what feels the contact is not the device, and cannot be pushed
-//           through; prewarp, radius, evaluations may be said for either
+//         {"design": "auto"}: picks the kind as well: pt2 if it is stable and stops the hand's own path
+//         before the middle of
+//           what it pushes against; else quasi-static, where what feels the contact is not the device, and
+//           cannot be pushed through; prewarp, radius, evaluations may be said for either
 //     "guards": [{"kind": "start-inside"},             no force until the object was free once
 //                {"kind": "soft-start", "time": "0.5s"},
 //                {"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"},
 //                {"kind": "passivity", "most_damping": "5Ns/m", "least_speed": "1mm/s", "radius": "30mm"}],
-//         Without the key the first two guard, as safe by default; a list replaces them: what it does not name is not there. Clamp and
-//         fault latch are always there.
+//         Without the key the first two guard, as safe by default; a list replaces them: what it does not
+//         name is not there. Clamp and fault latch are always there.
 //     "effects": [],                                   none; what is not named costs nothing
-//         What guards and effects do and what their constants are by default: voxshell/effect.h; each is optional, its key is its name
-//         there (of three that end in _x, _y and _z: what comes before, and a list). Passivity's are the device's by default.
+//         What guards and effects do and what their constants are by default: voxshell/effect.h; each is
+//         optional, its key is its name there (of three that end in _x, _y and _z: what comes before, and a
+//         list). Passivity's are the device's by default.
 //     "device": "sim:phantom-premium-1.5",
 //     "arm": "hand",                                   free|pen|hand|arm
 //     "rate": "1kHz",
 //     "hand": {"path": [
-//        {"t": "0s",   "position": ["60mm", "40mm", "0mm"], "rotation": [0, 0, 0, 1]},        straight to here
-//        {"t": "2s",   "turn": {"about": ["0mm", "40mm", "0mm"], "axis": [0, 1, 0], "angle": "90deg"}}]}   an arc
+//        {"t": "0s",   "position": ["60mm", "40mm", "0mm"], "rotation": [0, 0, 0, 1]},        straight to
+//        here
+//        {"t": "2s",   "turn": {"about": ["0mm", "40mm", "0mm"], "axis": [0, 1, 0], "angle": "90deg"}}]}   an
+//        arc
 //   }
 //
-// Comments (// and /* */) are read over. Only voxel, static, dynamic and hand have no default. A value with a dimension is a string with its unit.
+// Comments (// and /* */) are read over. Only voxel, static, dynamic and hand have no default. A value with a
+// dimension is a string with its unit.
 #pragma once
 
 #include "cli/failure.hpp"
@@ -67,7 +80,7 @@ struct Pose {
 struct ScenePart {
     std::filesystem::path file; ///< the scene's folder / what it says
     ImportOptions import;
-    Pose pose; ///< scene from part
+    Pose pose;          ///< scene from part
     double density = 0; ///< of what moves [kg/m^3]; 0: not said
     struct Stop {
         double t; ///< [s], ascending
@@ -76,13 +89,14 @@ struct ScenePart {
     std::vector<Stop> path; ///< of what stands: where it goes; empty: nowhere
 };
 
-/// Where the hand is, over time: straight lines and arcs from one keyframe to the next, constant before the first
-/// and after the last.
+/// Where the hand is, over time: straight lines and arcs from one keyframe to the next, constant before the
+/// first and after the last.
 struct HandPath {
     struct Keyframe {
         double t; ///< [s], ascending
         Pose pose;
-        /// Reached by an arc: from the last keyframe's position about `about`, by `angle` about `axis` (unit).
+        /// Reached by an arc: from the last keyframe's position about `about`, by `angle` about `axis`
+        /// (unit).
         struct Turn {
             Point about;
             Point axis;
@@ -102,28 +116,29 @@ enum class CouplingKind { none, pt2, spring_damper, quasi_static, designed };
 struct SceneFile {
     std::filesystem::path path;
     std::array<std::uint8_t, 32> source_hash{}; ///< SHA-256 of the file
-    double voxel = 0; ///< [m]
+    double voxel = 0;                           ///< [m]
     std::vector<ScenePart> statics;
     ScenePart dynamic; ///< its pose turns the part into the frame that the device moves
     ContactLaw law = ContactLaw::average;
     ContactField field = ContactField::surface;
     Weighting weighting = Weighting::count;
-    double budget = 0;      ///< of contact in a tick [s], 0: none
+    double budget = 0;         ///< of contact in a tick [s], 0: none
     double most_stiffness = 0; ///< of the contact as a whole [N/m], 0: no bound
-    double stiffness = 500; ///< count: [N/m] per point, area: [N/m^3]
+    double stiffness = 500;    ///< count: [N/m] per point, area: [N/m^3]
     CouplingKind coupling = CouplingKind::pt2;
-    bool design = false;            ///< pt2, quasi_static: their numbers come from an automatic design; designed: the kind too
-    std::string assume;             ///< of the design: the arm that counts; empty: all
-    double frequency = 5;           ///< pt2 [Hz]
-    double damping = 1;             ///< pt2, spring_damper: ratio
-    bool prewarp = false;           ///< pt2
-    bool by_impedance = false;      ///< pt2: from stiffness, viscosity and mass in place of frequency and damping
-    bool physical_gain = false;     ///< pt2 by impedance: 1 / stiffness, else 1
-    double spring_stiffness = 1000; ///< spring_damper, quasi_static, pt2 by impedance [N/m]
-    double viscosity = 0;           ///< pt2 by impedance [N s/m]
-    double mass = 0.05;             ///< spring_damper, pt2 by impedance [kg]
-    double radius = 0.02;           ///< spring_damper, quasi_static: of gyration [m]
-    unsigned evaluations = 3;       ///< quasi_static: of contact in a tick at most
+    bool design =
+        false; ///< pt2, quasi_static: their numbers come from an automatic design; designed: the kind too
+    std::string assume;         ///< of the design: the arm that counts; empty: all
+    double frequency = 5;       ///< pt2 [Hz]
+    double damping = 1;         ///< pt2, spring_damper: ratio
+    bool prewarp = false;       ///< pt2
+    bool by_impedance = false;  ///< pt2: from stiffness, viscosity and mass in place of frequency and damping
+    bool physical_gain = false; ///< pt2 by impedance: 1 / stiffness, else 1
+    double spring_stiffness = 1000;   ///< spring_damper, quasi_static, pt2 by impedance [N/m]
+    double viscosity = 0;             ///< pt2 by impedance [N s/m]
+    double mass = 0.05;               ///< spring_damper, pt2 by impedance [kg]
+    double radius = 0.02;             ///< spring_damper, quasi_static: of gyration [m]
+    unsigned evaluations = 3;         ///< quasi_static: of contact in a tick at most
     std::vector<SceneEffect> effects; ///< guards first
     std::string device = "sim:phantom-premium-1.5";
     std::string arm = "hand";
@@ -131,9 +146,10 @@ struct SceneFile {
     HandPath hand;
 };
 
-/// Reads and checks all of it. Throws Failure(system) if it cannot be read, and Failure(invalid) with the place
-/// as a JSON pointer ("/static/0/pose/positon: unknown key; did you mean position?"): an unknown or doubled key,
-/// a wrong type, a wrong unit, a file outside the scene's folder, nesting deeper than 16, more than 16 MiB.
+/// Reads and checks all of it. Throws Failure(system) if it cannot be read, and Failure(invalid) with the
+/// place as a JSON pointer ("/static/0/pose/positon: unknown key; did you mean position?"): an unknown or
+/// doubled key, a wrong type, a wrong unit, a file outside the scene's folder, nesting deeper than 16, more
+/// than 16 MiB.
 SceneFile read_scene(const std::filesystem::path &path);
 
 /// v turned by q.

@@ -50,12 +50,14 @@ Mesh ball(double radius, std::uint32_t rings)
 
 Mesh cylinder(double radius, double half_length, std::uint32_t count)
 {
-    return revolved({{0, -half_length}, {radius, -half_length}, {radius, half_length}, {0, half_length}}, count);
+    return revolved({{0, -half_length}, {radius, -half_length}, {radius, half_length}, {0, half_length}},
+                    count);
 }
 
 Mesh cup(double outer, double inner, double height, double floor, std::uint32_t count)
 {
-    return revolved({{0, 0}, {outer, 0}, {outer, height}, {inner, height}, {inner, floor}, {0, floor}}, count);
+    return revolved({{0, 0}, {outer, 0}, {outer, height}, {inner, height}, {inner, floor}, {0, floor}},
+                    count);
 }
 
 Mesh holed_block(double hole, double outer, double height, std::uint32_t count)
@@ -78,7 +80,7 @@ Mesh slab(double half_width, double top, double thickness)
 Mesh groove(double angle, double height, double half_length, double rest)
 {
     const double mouth = height * std::tan(angle / 2), wide = mouth + rest;
-    const ProfilePoint outline[] = {{0, -rest}, {wide, -rest},   {wide, height},  {mouth, height},
+    const ProfilePoint outline[] = {{0, -rest}, {wide, -rest},    {wide, height},  {mouth, height},
                                     {0, 0},     {-mouth, height}, {-wide, height}, {-wide, -rest}};
     constexpr std::uint32_t count = 8;
     Mesh mesh;
@@ -100,7 +102,8 @@ Mesh groove(double angle, double height, double half_length, double rest)
 
 Point tilted(const Point &p)
 {
-    static const double c = std::cos(pi / 9), s = std::sin(pi / 9), d = std::cos(pi / 6), t = std::sin(pi / 6);
+    static const double c = std::cos(pi / 9), s = std::sin(pi / 9), d = std::cos(pi / 6),
+                        t = std::sin(pi / 6);
     const Point x{p[0], c * p[1] - s * p[2], s * p[1] + c * p[2]};
     return {d * x[0] + t * x[2], x[1], -t * x[0] + d * x[2]};
 }

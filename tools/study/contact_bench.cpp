@@ -2,8 +2,8 @@
 #include "study/contact_bench.hpp"
 
 #include "cli/failure.hpp"
-#include "scene/scene_file.hpp"
 #include "plan/memory.hpp"
+#include "scene/scene_file.hpp"
 
 #include "voxshell/contact.h"
 
@@ -25,7 +25,8 @@ struct Motion {
     const char *name;
     double depth; // [cells]
     bool away;
-} constexpr motions[] = {{"free", 0, true}, {"grazing", -0.5, false}, {"sliding", 0.5, false}, {"deep", 3, false}};
+} constexpr motions[] = {
+    {"free", 0, true}, {"grazing", -0.5, false}, {"sliding", 0.5, false}, {"deep", 3, false}};
 
 struct Mode {
     const char *name;
@@ -80,7 +81,8 @@ Turn turn(const Point &from, const Point &to, double spin)
     for (int axis = 0; axis < 3; ++axis) {
         Point unit{};
         unit[axis] = 1;
-        r[axis] = sum(sum(scaled(to, dot(from, unit)), scaled(a_to, dot(a, unit))), scaled(b_to, dot(b, unit)));
+        r[axis] =
+            sum(sum(scaled(to, dot(from, unit)), scaled(a_to, dot(a, unit))), scaled(b_to, dot(b, unit)));
     }
     return r;
 }
@@ -88,19 +90,20 @@ Turn turn(const Point &from, const Point &to, double spin)
 /// w, x, y, z of a rotation: from the largest of the four, so that none is divided by little.
 void orientation(const Turn &r, double q[4])
 {
-    const double trace[4] = {r[0][0] + r[1][1] + r[2][2], r[0][0] - r[1][1] - r[2][2], r[1][1] - r[0][0] - r[2][2],
-                             r[2][2] - r[0][0] - r[1][1]};
+    const double trace[4] = {r[0][0] + r[1][1] + r[2][2], r[0][0] - r[1][1] - r[2][2],
+                             r[1][1] - r[0][0] - r[2][2], r[2][2] - r[0][0] - r[1][1]};
     const int largest = static_cast<int>(std::max_element(trace, trace + 4) - trace);
     const double s = 2 * std::sqrt(1 + trace[largest]);
     const double x = r[1][2] - r[2][1], y = r[2][0] - r[0][2], z = r[0][1] - r[1][0];
     const double xy = r[0][1] + r[1][0], xz = r[0][2] + r[2][0], yz = r[1][2] + r[2][1];
-    const double rows[4][4] = {{s * s / 4, x, y, z}, {x, s * s / 4, xy, xz}, {y, xy, s * s / 4, yz}, {z, xz, yz, s * s / 4}};
+    const double rows[4][4] = {
+        {s * s / 4, x, y, z}, {x, s * s / 4, xy, xz}, {y, xy, s * s / 4, yz}, {z, xz, yz, s * s / 4}};
     for (int n = 0; n < 4; ++n) q[n] = rows[largest][n] / s;
 }
 
 /// Surface cells of a map by chance.
 class Places {
-public:
+  public:
     explicit Places(const vxs_voxmap &map) : map_(map)
     {
         for (std::uint32_t i = 0; i < map.cells[0]; i += 8)
@@ -110,7 +113,8 @@ public:
                         k |= 56; // the loop's step takes it to the next chunk
                         continue;
                     }
-                    if (vxs_voxmap_entry(&map, i, j, k) >= VXS_VOXMAP_ENTRY_FIRST) corners_.push_back({i, j, k});
+                    if (vxs_voxmap_entry(&map, i, j, k) >= VXS_VOXMAP_ENTRY_FIRST)
+                        corners_.push_back({i, j, k});
                 }
     }
 
@@ -120,25 +124,28 @@ public:
         for (;;) {
             const auto &corner = corners_[dice() % corners_.size()];
             const std::uint64_t cell = dice();
-            const std::uint32_t c[3] = {corner[0] + static_cast<std::uint32_t>(cell & 7), corner[1] + static_cast<std::uint32_t>(cell >> 3 & 7),
+            const std::uint32_t c[3] = {corner[0] + static_cast<std::uint32_t>(cell & 7),
+                                        corner[1] + static_cast<std::uint32_t>(cell >> 3 & 7),
                                         corner[2] + static_cast<std::uint32_t>(cell >> 6 & 7)};
             if (vxs_voxmap_state(&map_, c[0], c[1], c[2]) != VXS_CELL_SURFACE) continue;
             outwards = {};
             for (int n = 0; n < 343; ++n) {
                 const int d[3] = {n / 49 - 3, n / 7 % 7 - 3, n % 7 - 3};
-                const std::uint32_t state = vxs_voxmap_state(&map_, c[0] + static_cast<std::uint32_t>(d[0]), c[1] + static_cast<std::uint32_t>(d[1]),
+                const std::uint32_t state = vxs_voxmap_state(&map_, c[0] + static_cast<std::uint32_t>(d[0]),
+                                                             c[1] + static_cast<std::uint32_t>(d[1]),
                                                              c[2] + static_cast<std::uint32_t>(d[2]));
                 const double sign = state == VXS_CELL_FREE ? 1 : state == VXS_CELL_INTERIOR ? -1 : 0;
                 for (int a = 0; a < 3; ++a) outwards[a] += sign * d[a];
             }
             const double length = std::sqrt(dot(outwards, outwards));
             outwards = length > 0 ? scaled(outwards, 1 / length) : Point{0, 1, 0};
-            for (int a = 0; a < 3; ++a) place[a] = map_.voxel * (static_cast<double>(map_.origin_cell[a]) + c[a] + 0.5);
+            for (int a = 0; a < 3; ++a)
+                place[a] = map_.voxel * (static_cast<double>(map_.origin_cell[a]) + c[a] + 0.5);
             return;
         }
     }
 
-private:
+  private:
     const vxs_voxmap &map_;
     std::vector<std::array<std::uint32_t, 3>> corners_;
 };
@@ -153,8 +160,8 @@ bool is_free(vxs_contact *contact, const vxs_voxmap &map, const vxs_pose &pose)
     return vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result) == 0 && result.points == 0;
 }
 
-std::vector<vxs_pose> poses_of(const Motion &motion, const vxs_voxmap &map, const vxs_pointshell &shell, const Places &places, vxs_contact *contact,
-                               std::uint64_t ticks)
+std::vector<vxs_pose> poses_of(const Motion &motion, const vxs_voxmap &map, const vxs_pointshell &shell,
+                               const Places &places, vxs_contact *contact, std::uint64_t ticks)
 {
     std::mt19937_64 dice(20261122);
     std::vector<vxs_pose> poses;
@@ -164,7 +171,8 @@ std::vector<vxs_pose> poses_of(const Motion &motion, const vxs_voxmap &map, cons
         places.pick(dice, place, outwards);
         const std::uint64_t p = dice() % shell.point_count;
         const Point own{shell.x[p], shell.y[p], shell.z[p]}, normal{shell.nx[p], shell.ny[p], shell.nz[p]};
-        const Turn r = turn(normal, outwards, static_cast<double>(dice() >> 11) * 0x1p-53 * 2 * std::numbers::pi);
+        const Turn r =
+            turn(normal, outwards, static_cast<double>(dice() >> 11) * 0x1p-53 * 2 * std::numbers::pi);
         const double off = motion.away ? 20 * map.voxel : -motion.depth * map.voxel;
         Point at = sum(sum(place, scaled(outwards, off)), scaled(turned(r, own), -1));
         const Point along = scaled(across(outwards), step * map.voxel);
@@ -179,8 +187,8 @@ std::vector<vxs_pose> poses_of(const Motion &motion, const vxs_voxmap &map, cons
     return poses;
 }
 
-ContactBench run(const std::vector<vxs_pose> &poses, const vxs_voxmap &map, vxs_contact *contact, const vxs_contact_config &config,
-                 Progress &progress)
+ContactBench run(const std::vector<vxs_pose> &poses, const vxs_voxmap &map, vxs_contact *contact,
+                 const vxs_contact_config &config, Progress &progress)
 {
     using Clock = std::chrono::steady_clock;
     const vxs_contact_static statics{&map, nullptr};
@@ -215,7 +223,8 @@ vxs_contact *make_contact(const Memory &memory, const vxs_pointshell &shell)
 
 } // namespace
 
-std::vector<ContactBench> bench_contact(const vxs_voxmap &map, const vxs_pointshell &shell, std::uint64_t ticks, Progress &progress)
+std::vector<ContactBench> bench_contact(const vxs_voxmap &map, const vxs_pointshell &shell,
+                                        std::uint64_t ticks, Progress &progress)
 {
     const Places places(map);
     const Memory memory(vxs_contact_memory(&shell, 1));
@@ -223,7 +232,8 @@ std::vector<ContactBench> bench_contact(const vxs_voxmap &map, const vxs_pointsh
     progress.stage("bench", std::size(motions) * std::size(modes) * (with_distance ? 2 : 1));
     std::vector<ContactBench> out;
     for (const Motion &motion : motions) {
-        const std::vector<vxs_pose> poses = poses_of(motion, map, shell, places, make_contact(memory, shell), ticks);
+        const std::vector<vxs_pose> poses =
+            poses_of(motion, map, shell, places, make_contact(memory, shell), ticks);
         for (int field = 0; field <= (with_distance ? 1 : 0); ++field) {
             vxs_contact_config config;
             vxs_contact_config_default(&config);
@@ -254,7 +264,8 @@ std::string processor_name()
 {
     std::ifstream file("/proc/cpuinfo");
     for (std::string line; std::getline(file, line);)
-        if (line.starts_with("model name") && line.find(": ") != std::string::npos) return line.substr(line.find(": ") + 2);
+        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
+            return line.substr(line.find(": ") + 2);
     return "unknown processor";
 }
 

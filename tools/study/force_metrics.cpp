@@ -42,12 +42,14 @@ void transform(const Complex *in, Complex *out, std::size_t count, std::size_t s
     while (count % factor) ++factor;
     const std::size_t part = count / factor;
     std::vector<Complex> parts(count);
-    for (std::size_t f = 0; f < factor; ++f) transform(in + f * stride, parts.data() + f * part, part, stride * factor);
+    for (std::size_t f = 0; f < factor; ++f)
+        transform(in + f * stride, parts.data() + f * part, part, stride * factor);
     for (std::size_t k = 0; k < count; ++k) {
         Complex sum = 0;
         for (std::size_t f = 0; f < factor; ++f) {
-            sum += std::polar(1.0, -2 * pi * static_cast<double>(f * k % count) / static_cast<double>(count)) *
-                   parts[f * part + k % part];
+            sum +=
+                std::polar(1.0, -2 * pi * static_cast<double>(f * k % count) / static_cast<double>(count)) *
+                parts[f * part + k % part];
         }
         out[k] = sum;
     }
@@ -73,7 +75,8 @@ struct Spectrum {
     }
 };
 
-/// Of the force's fluctuation: all three directions together. Hann's window keeps the power of what is steady.
+/// Of the force's fluctuation: all three directions together. Hann's window keeps the power of what is
+/// steady.
 Spectrum fluctuation(const std::vector<ForceSample> &samples, double rate, bool periodic)
 {
     const auto count = static_cast<double>(samples.size());
@@ -83,7 +86,9 @@ Spectrum fluctuation(const std::vector<ForceSample> &samples, double rate, bool 
         double mean = 0;
         for (const ForceSample &s : samples) mean += s.force[axis] / count;
         for (std::size_t n = 0; n < samples.size(); ++n) {
-            const double window = periodic ? 1 : (1 - std::cos(2 * pi * (static_cast<double>(n) + 0.5) / count)) / std::sqrt(1.5);
+            const double window =
+                periodic ? 1
+                         : (1 - std::cos(2 * pi * (static_cast<double>(n) + 0.5) / count)) / std::sqrt(1.5);
             signal.push_back(window * (samples[n].force[axis] - mean));
         }
         const std::vector<double> power = power_spectrum(signal);
@@ -102,7 +107,8 @@ void against_ideal(const std::vector<ForceSample> &samples, double radius, doubl
         square += dot(s.ideal_force, s.ideal_force) + dot(s.ideal_torque, s.ideal_torque) / (radius * radius);
         const double size = length(s.force), ideal = length(s.ideal_force);
         if (size > 0 && ideal > 0) {
-            angles.push_back(std::acos(std::clamp(dot(s.force, s.ideal_force) / (size * ideal), -1.0, 1.0)) * 180 / pi);
+            angles.push_back(std::acos(std::clamp(dot(s.force, s.ideal_force) / (size * ideal), -1.0, 1.0)) *
+                             180 / pi);
         }
     }
     const double factor = square > 0 ? cross / square : 0;
@@ -143,8 +149,8 @@ std::vector<double> power_spectrum(const std::vector<double> &signal)
     return power;
 }
 
-ForceMetrics force_metrics(const std::vector<ForceSample> &samples, double rate, double radius, double crossing,
-                           bool periodic)
+ForceMetrics force_metrics(const std::vector<ForceSample> &samples, double rate, double radius,
+                           double crossing, bool periodic)
 {
     ForceMetrics m;
     const auto count = static_cast<double>(samples.size());
@@ -190,14 +196,15 @@ ForceMetrics force_metrics(const std::vector<ForceSample> &samples, double rate,
     return m;
 }
 
-ResponseMetrics response_metrics(const std::vector<double> &input, const std::vector<double> &output, double rate)
+ResponseMetrics response_metrics(const std::vector<double> &input, const std::vector<double> &output,
+                                 double rate)
 {
     ResponseMetrics m;
     const std::size_t count = output.size();
     const std::size_t tail = std::min(count, static_cast<std::size_t>(std::lround(0.3 * rate)));
     if (count == 0 || tail == 0) return m;
-    const auto first =
-        static_cast<std::size_t>(std::find_if(input.begin(), input.end(), [](double f) { return f != 0; }) - input.begin());
+    const auto first = static_cast<std::size_t>(
+        std::find_if(input.begin(), input.end(), [](double f) { return f != 0; }) - input.begin());
     const auto end = output.end(), begin = end - static_cast<std::ptrdiff_t>(tail);
     for (auto at = begin; at != end; ++at) m.steady += *at / static_cast<double>(tail);
     m.oscillation = *std::max_element(begin, end) - *std::min_element(begin, end);
@@ -214,14 +221,16 @@ ResponseMetrics response_metrics(const std::vector<double> &input, const std::ve
         for (std::size_t n = first; n < count; ++n) {
             if (std::abs(output[n] - m.steady) > 0.05 * m.steady) last = n + 1;
         }
-        m.settling = last + tail / 2 < count ? static_cast<double>(last - std::min(last, first)) / rate : nothing;
+        m.settling =
+            last + tail / 2 < count ? static_cast<double>(last - std::min(last, first)) / rate : nothing;
     } else {
         m.rise = m.overshoot = m.settling = nothing;
     }
     double best = 0;
     m.lag = nothing;
     for (std::size_t lag = 0; lag <= tail && first + lag + 2 < count; ++lag) {
-        // Correlation of what overlaps, each without its mean there: a long lag is not punished for a short overlap.
+        // Correlation of what overlaps, each without its mean there: a long lag is not punished for a short
+        // overlap.
         const auto overlap = static_cast<double>(count - first - lag);
         double in = 0, out = 0, both = 0, in2 = 0, out2 = 0;
         for (std::size_t n = first; n + lag < count; ++n) {
@@ -254,7 +263,8 @@ double least_energy(const std::vector<Point> &positions, const std::vector<Point
 
 MeanAndSpread mean_and_spread(const std::vector<double> &values)
 {
-    MeanAndSpread m{0, 0, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(), 0};
+    MeanAndSpread m{0, 0, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                    0};
     for (const double value : values) {
         if (!std::isfinite(value)) continue;
         ++m.count;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Contact through a coupling: at a prescribed pose (figure 11), and with a device that a hand holds (figure 12, walls).
+// Contact through a coupling: at a prescribed pose (figure 11), and with a device that a hand holds (figure
+// 12, walls).
 #include "plan/memory.hpp"
 #include "plan/scene_contact.hpp"
 #include "plan/scene_plan.hpp"
@@ -48,7 +49,8 @@ Place place_of(const Scenario &scenario, const Draw &draw)
 /// How deep a ball at `middle` is [m].
 double depth_of(const Scenario &scenario, const Point &middle)
 {
-    const double high = scenario.stands == Stands::plate ? dot(middle, tilted({0, 0, 1})) : std::hypot(middle[0], middle[1]) - cup_outer;
+    const double high = scenario.stands == Stands::plate ? dot(middle, tilted({0, 0, 1}))
+                                                         : std::hypot(middle[0], middle[1]) - cup_outer;
     return scenario.radius - high;
 }
 
@@ -56,7 +58,8 @@ HandPath hand_path(const Scenario &scenario, const Place &place, const Draw &dra
 {
     const auto pose = [&](double high) {
         Pose p;
-        for (std::size_t i = 0; i < 3; ++i) p.position[i] = place.at[i] + (scenario.radius + high) * place.out[i];
+        for (std::size_t i = 0; i < 3; ++i)
+            p.position[i] = place.at[i] + (scenario.radius + high) * place.out[i];
         p.rotation = {draw.orientation[1], draw.orientation[2], draw.orientation[3], draw.orientation[0]};
         return p;
     };
@@ -71,17 +74,18 @@ HandPath hand_path(const Scenario &scenario, const Place &place, const Draw &dra
         path.keyframes.push_back({there + hold_seconds, pose(-depth), {}});
     } else {
         const double angle = speed * slide_seconds / (cup_outer + scenario.radius - depth);
-        path.keyframes.push_back({there + slide_seconds, pose(-depth), HandPath::Keyframe::Turn{{0, 0, 0}, {0, 0, 1}, angle}});
+        path.keyframes.push_back(
+            {there + slide_seconds, pose(-depth), HandPath::Keyframe::Turn{{0, 0, 0}, {0, 0, 1}, angle}});
     }
     return path;
 }
 
 ContactLaw law_of(std::uint32_t law)
 {
-    return law == VXS_CONTACT_ORIGINAL   ? ContactLaw::original
-           : law == VXS_CONTACT_AVERAGE  ? ContactLaw::average
-           : law == VXS_CONTACT_PATCH    ? ContactLaw::patch
-                                         : ContactLaw::gradient;
+    return law == VXS_CONTACT_ORIGINAL  ? ContactLaw::original
+           : law == VXS_CONTACT_AVERAGE ? ContactLaw::average
+           : law == VXS_CONTACT_PATCH   ? ContactLaw::patch
+                                        : ContactLaw::gradient;
 }
 
 /// As a scene file would say it, without a hand.
@@ -102,12 +106,16 @@ SceneFile scene_of(const RunKey &key)
     scene.effects = read_effects({}, {});
     scene.radius = 0.02;
     switch (how.coupled.kind) {
-    case Coupled::none: scene.coupling = CouplingKind::none; break;
+    case Coupled::none:
+        scene.coupling = CouplingKind::none;
+        break;
     case Coupled::spring_damper:
         scene.coupling = CouplingKind::spring_damper;
         scene.damping = 0.7;
         break;
-    case Coupled::pt2: scene.frequency = how.coupled.hertz; break;
+    case Coupled::pt2:
+        scene.frequency = how.coupled.hertz;
+        break;
     case Coupled::automatic:
         scene.coupling = CouplingKind::designed;
         scene.design = true;
@@ -135,7 +143,8 @@ LoopRun empty(const RunKey &key)
 {
     LoopRun run{};
     run.key = key;
-    run.contact_stiffness = run.largest_stiffness = run.bound = run.energy = run.deepest = run.flagged_deep = nothing;
+    run.contact_stiffness = run.largest_stiffness = run.bound = run.energy = run.deepest = run.flagged_deep =
+        nothing;
     return run;
 }
 
@@ -157,7 +166,8 @@ LoopRun run_coupled(const RunKey &key, const OpenPart &stands, const OpenPart &m
     config.field = key.how().method.field;
     config.stiffness = 1 / scenario.voxel;
     config.most_stiffness = std::numeric_limits<double>::max(); // bounds nothing, and is told
-    const Memory room(vxs_contact_memory(&shell, 1)), other(vxs_contact_memory(&shell, 1)), filter(vxs_coupling_memory());
+    const Memory room(vxs_contact_memory(&shell, 1)), other(vxs_contact_memory(&shell, 1)),
+        filter(vxs_coupling_memory());
     vxs_contact *direct = nullptr, *contact = nullptr;
     vxs_contact_init(room.get(), room.size(), &shell, 1, &direct);
     vxs_contact_init(other.get(), other.size(), &shell, 1, &contact);
@@ -173,12 +183,16 @@ LoopRun run_coupled(const RunKey &key, const OpenPart &stands, const OpenPart &m
         run.contact_stiffness = std::max(run.contact_stiffness, result.stiffness);
     }
     const vxs_simulated_config device = simulated_device(scenario.device, study_rate);
-    const SceneContact known{[&] { return ContactStiffness{run.contact_stiffness, "along the path"}; }, [] { return std::vector<Push>(); }};
+    const SceneContact known{[&] {
+                                 return ContactStiffness{run.contact_stiffness, "along the path"};
+                             },
+                             [] { return std::vector<Push>(); }};
     const SceneCoupling coupled = scene_coupling(scene_of(key), device, known);
     run.coupling = coupled.text;
     run.largest_stiffness = carried(device, coupled.config);
     vxs_coupling *coupling = nullptr;
-    if (vxs_coupling_init(filter.get(), filter.size(), &coupled.config, &coupling) != VXS_OK) throw Failure(ExitCode::bug, scenario.id, "no coupling");
+    if (vxs_coupling_init(filter.get(), filter.size(), &coupled.config, &coupling) != VXS_OK)
+        throw Failure(ExitCode::bug, scenario.id, "no coupling");
     const vxs_pose start = path.at(0).pose;
     vxs_coupling_reset(coupling, &start);
     config.most_stiffness = 0;
@@ -198,7 +212,13 @@ LoopRun run_coupled(const RunKey &key, const OpenPart &stands, const OpenPart &m
         run.collision_peak = std::max(run.collision_peak, std::sqrt(dot(collision, collision)));
         run.output_peak = std::max(run.output_peak, std::sqrt(dot(force, force)));
         if (step.progress >= approach_seconds + settle_seconds) {
-            felt.push_back({force, along(step, out.torque), {1, 0, 0}, {}, result.points, (result.flags & VXS_CONTACT_DEEP) != 0, false});
+            felt.push_back({force,
+                            along(step, out.torque),
+                            {1, 0, 0},
+                            {},
+                            result.points,
+                            (result.flags & VXS_CONTACT_DEEP) != 0,
+                            false});
         }
         if (is_drawn(key)) run.time.push_back(step.progress);
     }
@@ -223,10 +243,12 @@ LoopRun run_loop(const RunKey &key, const OpenPart &stands, const OpenPart &move
     device.arm = *vxs_simulated_arm_named(scene.arm.c_str());
     run.contact_stiffness = contact_stiffness(scene, stands.map, moves.shell).value;
     if (key.how().coupled.bounded) {
-        scene.most_stiffness = run.bound = carried(device, scene_coupling(scene, device, {}).config) / 2; // of a pt2 that is given
+        scene.most_stiffness = run.bound =
+            carried(device, scene_coupling(scene, device, {}).config) / 2; // of a pt2 that is given
     }
     const PlannedAsset standing = planned(stands.map_file(), "stands.voxmap");
-    const PlanFile plan = scene_plan(scene, scene.device, std::span(&standing, 1), planned(moves.shell_file(), "moves.pointshell"),
+    const PlanFile plan = scene_plan(scene, scene.device, std::span(&standing, 1),
+                                     planned(moves.shell_file(), "moves.pointshell"),
                                      scene_contact(scene, stands.map, moves.shell), {});
     const vxs_asset assets[] = {stands.map_file(), moves.shell_file()};
     const PlannedServo loop(plan, assets, scenario.id);
@@ -239,11 +261,15 @@ LoopRun run_loop(const RunKey &key, const OpenPart &stands, const OpenPart &move
     run.collision_peak = servo.collision_peak;
     run.output_peak = servo.output_peak;
     run.tick = servo.tick;
-    const auto bit = [&](std::uint32_t flag) { return static_cast<double>(servo.flag_ticks[static_cast<std::size_t>(std::countr_zero(flag))]); };
+    const auto bit = [&](std::uint32_t flag) {
+        return static_cast<double>(servo.flag_ticks[static_cast<std::size_t>(std::countr_zero(flag))]);
+    };
     run.saturated = bit(VXS_SERVO_SATURATED) / study_rate;
-    run.flagged_deep = servo.contact_ticks ? bit(VXS_CONTACT_DEEP) / static_cast<double>(servo.contact_ticks) : 0;
+    run.flagged_deep =
+        servo.contact_ticks ? bit(VXS_CONTACT_DEEP) / static_cast<double>(servo.contact_ticks) : 0;
 
-    const double thick = scenario.stands == Stands::plate ? key.level_value() * scenario.voxel : cup_outer - cup_inner;
+    const double thick =
+        scenario.stands == Stands::plate ? key.level_value() * scenario.voxel : cup_outer - cup_inner;
     run.deepest = -std::numeric_limits<double>::infinity();
     std::vector<Point> positions, forces;
     std::vector<double> input, output;
@@ -265,10 +291,17 @@ LoopRun run_loop(const RunKey &key, const OpenPart &stands, const OpenPart &move
             } else {
                 across = tilted({1, 0, 0});
             }
-            const Point third{out[1] * across[2] - out[2] * across[1], out[2] * across[0] - out[0] * across[2],
+            const Point third{out[1] * across[2] - out[2] * across[1],
+                              out[2] * across[0] - out[0] * across[2],
                               out[0] * across[1] - out[1] * across[0]};
             const Point &f = row.output_force;
-            felt.push_back({{dot(f, out), dot(f, across), dot(f, third)}, {}, {1, 0, 0}, {}, row.contacts, false, false});
+            felt.push_back({{dot(f, out), dot(f, across), dot(f, third)},
+                            {},
+                            {1, 0, 0},
+                            {},
+                            row.contacts,
+                            false,
+                            false});
         }
         if (is_drawn(key)) run.time.push_back(row.t - rest_seconds);
     }

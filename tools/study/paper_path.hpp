@@ -36,7 +36,7 @@ class Path {
     };
     std::size_t ticks() const { return ticks_; }
     Step at(std::size_t tick) const;
-    double radius() const { return radius_; } ///< of what moves [m]
+    double radius() const { return radius_; }        ///< of what moves [m]
     double crossing_hz() const { return crossing_; } ///< speed / e; 0 where it has none
     bool is_periodic() const { return scenario_.motion == Motion::circle; }
 
@@ -51,8 +51,8 @@ class Path {
     double crossing_ = 0;
 };
 
-/// Shell, grid and surface lie along each other: the errors of all points repeat in step, or cancel, and say nothing of
-/// another pose.
+/// Shell, grid and surface lie along each other: the errors of all points repeat in step, or cancel, and say
+/// nothing of another pose.
 bool is_degenerate(const Path::Step &step);
 
 /// v of the scene in the frame of a step.

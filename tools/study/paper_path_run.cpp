@@ -31,7 +31,8 @@ PathRun run_path(const RunKey &key, const OpenPart &stands, const OpenPart &move
     config.field = method.field;
     config.weighting = method.weighting;
     config.stiffness = 1 / scenario.voxel;
-    if (method.weighting == VXS_CONTACT_AREA) config.stiffness /= scenario.voxel * scenario.voxel; // e^2 to a point
+    if (method.weighting == VXS_CONTACT_AREA)
+        config.stiffness /= scenario.voxel * scenario.voxel; // e^2 to a point
     const Memory room(vxs_contact_memory(&shell, 1));
     vxs_contact *contact = nullptr;
     if (vxs_contact_init(room.get(), room.size(), &shell, 1, &contact) != VXS_OK) {
@@ -39,7 +40,8 @@ PathRun run_path(const RunKey &key, const OpenPart &stands, const OpenPart &move
     }
     const vxs_contact_static statics{&stands.map, nullptr};
     std::vector<ForceSample> samples;
-    PathRun run{key, {}, false, path.crossing_hz(), plane_height(scenario, key.seed) / scenario.voxel, {}, {}};
+    PathRun run{key, {}, false, path.crossing_hz(), plane_height(scenario, key.seed) / scenario.voxel,
+                {},  {}};
     for (std::size_t tick = 0; tick < path.ticks(); ++tick) {
         const Path::Step step = path.at(tick);
         run.degenerate |= is_degenerate(step);
@@ -48,8 +50,9 @@ PathRun run_path(const RunKey &key, const OpenPart &stands, const OpenPart &move
         if (result.flags & (VXS_CONTACT_INVALID | VXS_CONTACT_OUT_OF_MAP)) {
             throw Failure(ExitCode::bug, scenario.id, "a pose that the contact refuses");
         }
-        samples.push_back({along(step, result.wrench.force), along(step, result.wrench.torque), along(step, step.ideal_force.data()),
-                           along(step, step.ideal_torque.data()), result.points, (result.flags & VXS_CONTACT_DEEP) != 0,
+        samples.push_back({along(step, result.wrench.force), along(step, result.wrench.torque),
+                           along(step, step.ideal_force.data()), along(step, step.ideal_torque.data()),
+                           result.points, (result.flags & VXS_CONTACT_DEEP) != 0,
                            (result.flags & VXS_CONTACT_MEAN_CANCELLED) != 0});
         if (is_drawn(key)) run.progress.push_back(step.progress);
     }

@@ -46,7 +46,8 @@ std::vector<RunKey> keys_of(const PaperOptions &options)
                 for (std::size_t speed = 0; speed < speeds; ++speed) {
                     if (options.quick && group == "control" && scenario.levels[level] != 0.5) continue;
                     if (options.quick && group == "wall" && (level % 2 != 0 || speed % 2 == 0)) continue;
-                    for (unsigned seed = 1; seed <= options.seeds; ++seed) keys.push_back({&scenario, variant, level, speed, seed});
+                    for (unsigned seed = 1; seed <= options.seeds; ++seed)
+                        keys.push_back({&scenario, variant, level, speed, seed});
                 }
             }
         }
@@ -82,11 +83,13 @@ PaperRuns run_paper(const PaperOptions &options, Progress &progress)
         progress.check();
         const RunKey &key = n < loops.size() ? loops[n] : paths[n - loops.size()];
         const OpenPart &stands = bodies.get(standing_body(*key.scenario, key.level_value(), key.seed).name);
-        const OpenPart &moves = bodies.get(moving_body(*key.scenario, key.level_value(), key.how().method.shell).name);
+        const OpenPart &moves =
+            bodies.get(moving_body(*key.scenario, key.level_value(), key.how().method.shell).name);
         if (n >= loops.size()) {
             runs.paths[n - loops.size()] = run_path(key, stands, moves);
         } else {
-            runs.loops[n] = is_loop(*key.scenario) ? run_loop(key, stands, moves) : run_coupled(key, stands, moves);
+            runs.loops[n] =
+                is_loop(*key.scenario) ? run_loop(key, stands, moves) : run_coupled(key, stands, moves);
         }
         progress.advance(1);
     });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The scenarios run with the shipped runtime on assets that the real pipeline made, as many at once as there are
-// threads; what comes out stands in the order of the table, whatever they are.
+// The scenarios run with the shipped runtime on assets that the real pipeline made, as many at once as there
+// are threads; what comes out stands in the order of the table, whatever they are.
 #pragma once
 
 #include "cli/progress.hpp"
@@ -29,7 +29,7 @@ struct PathRun {
     ForceMetrics metrics;
     bool degenerate; ///< nothing to score: a pose on the path is_degenerate(), or the metrics are
     double crossing_hz;
-    double height_e; ///< of a plane along the grid, within its cell
+    double height_e;              ///< of a plane along the grid, within its cell
     std::vector<double> progress; ///< as Path::Step; with `samples`, kept where a figure draws them
     std::vector<ForceSample> samples;
 };
@@ -37,20 +37,21 @@ struct PathRun {
 /// Through a coupling: at a prescribed pose (figure 11), or with a device in the loop.
 struct LoopRun {
     RunKey key;
-    std::string coupling; ///< "quasi-static 400 N/m (auto)"
+    std::string coupling;     ///< "quasi-static 400 N/m (auto)"
     double contact_stiffness; ///< largest on the way if nothing held it, before a bound [N/m]
     double largest_stiffness; ///< that the loop carries with this coupling, held by a hand [N/m]; NaN: any
     double bound;             ///< of the contact as a whole [N/m]; NaN: none
     ResponseMetrics response; ///< of the force along the normal
     ForceMetrics felt;        ///< of the output, from half a second after contact on
     double collision_peak, output_peak; ///< [N]
-    double deepest;   ///< of the object, by geometry [m]
-    bool through;     ///< its deepest point came out on the other side of the wall
-    double energy;    ///< least taken from the hand [J]
-    double saturated; ///< [s]
-    double flagged_deep; ///< share of the ticks in contact
-    Durations tick;   ///< of a device in the loop
-    std::vector<double> time, collision, output; ///< [s], [N] along the normal (figure 11) or size (others); where a figure draws them
+    double deepest;                     ///< of the object, by geometry [m]
+    bool through;                       ///< its deepest point came out on the other side of the wall
+    double energy;                      ///< least taken from the hand [J]
+    double saturated;                   ///< [s]
+    double flagged_deep;                ///< share of the ticks in contact
+    Durations tick;                     ///< of a device in the loop
+    std::vector<double> time, collision,
+        output; ///< [s], [N] along the normal (figure 11) or size (others); where a figure draws them
 };
 
 struct PaperRuns {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The experiments of the paper and ours beside them, as data: one row of a table a scenario.
 //
-// Lengths are in metres, `e` is the edge of a cell. k is 1 N per e for each point, but where a row says otherwise.
+// Lengths are in metres, `e` is the edge of a cell. k is 1 N per e for each point, but where a row says
+// otherwise.
 #pragma once
 
 #include "pointshell/shell.hpp"
@@ -20,10 +21,10 @@ enum class Stands {
     tilted_plane,
     cylinder,
     tilted_cylinder,
-    groove,       ///< 60 degrees, tilted
-    hole,         ///< of 20 mm in a block
+    groove, ///< 60 degrees, tilted
+    hole,   ///< of 20 mm in a block
     cup,
-    plate         ///< tilted; a level says how thick
+    plate ///< tilted; a level says how thick
 };
 
 enum class Moves {
@@ -32,7 +33,8 @@ enum class Moves {
 };
 
 enum class Motion {
-    circle,  ///< on a plane, or round a cylinder: one turn in 3 s at constant depth (a level) under a given pose
+    circle,  ///< on a plane, or round a cylinder: one turn in 3 s at constant depth (a level) under a given
+             ///< pose
     press,   ///< into the groove, to 2 e in 3 s; a level: depth at the other wall, as a share
     insert,  ///< 15 mm into the hole at 50 mm/s, tilted by a degree
     coupled, ///< circle with an approach of 0.5 s, through a coupling: what would be felt
@@ -72,7 +74,7 @@ struct Scenario {
     double voxel;  ///< e [m]
     double radius; ///< of the ball [m]
     Motion motion;
-    bool turned;   ///< the moving shell is turned at random
+    bool turned; ///< the moving shell is turned at random
     std::vector<double> levels;
     const char *level; ///< what a level is: "depth_e", "peg_mm", "plate_e"; "" where there is but one
     std::vector<double> speeds; ///< push and slide [m/s]
@@ -97,7 +99,7 @@ inline constexpr double cup_outer = 0.040, cup_inner = 0.034, cup_height = 0.080
 /// Of figures 9 and 11 [e].
 inline constexpr double cylinder_radius_e = 30, circle_radius_e = 15;
 inline constexpr double hole_radius = 0.010, hole_height = 0.020, peg_length = 0.030;
-inline constexpr double study_rate = 1000;   ///< [Hz]
+inline constexpr double study_rate = 1000; ///< [Hz]
 inline constexpr double turn_seconds = 3, approach_seconds = 0.5;
 inline constexpr double push_depth = 0.008, slide_depth = 0.002; ///< of the hand's target [m]
 

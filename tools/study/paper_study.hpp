@@ -7,8 +7,8 @@
 
 namespace voxshell {
 
-/// Tables of all runs and of their means over the seeds. Percentages are of the mean normal force; a run without
-/// force, or without any force across, is degenerate: it counts in no mean.
+/// Tables of all runs and of their means over the seeds. Percentages are of the mean normal force; a run
+/// without force, or without any force across, is degenerate: it counts in no mean.
 std::vector<StudyTable> paper_tables(const PaperRuns &runs);
 /// How long a tick took: not the same on every run.
 std::vector<StudyTable> paper_timings(const PaperRuns &runs);

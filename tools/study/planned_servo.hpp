@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A plan and its assets, loaded by the runtime: what a run is made from, whether a scene or a .plan was given.
+// A plan and its assets, loaded by the runtime: what a run is made from, whether a scene or a .plan was
+// given.
 #pragma once
 
 #include "plan/memory.hpp"
@@ -15,10 +16,10 @@
 namespace voxshell {
 
 class PlannedServo {
-public:
-    /// assets: open, in the plan's order; they must outlive this. name: of the plan, for refusals. Throws Failure: invalid (assets
-    /// of another plan, with both hashes; numbers that the runtime refuses; no hand), unsupported (an effect that this build
-    /// does not know).
+  public:
+    /// assets: open, in the plan's order; they must outlive this. name: of the plan, for refusals. Throws
+    /// Failure: invalid (assets of another plan, with both hashes; numbers that the runtime refuses; no
+    /// hand), unsupported (an effect that this build does not know).
     PlannedServo(const PlanFile &plan, std::span<const vxs_asset> assets, const std::string &name);
     PlannedServo(const PlannedServo &) = delete;
     PlannedServo &operator=(const PlannedServo &) = delete;
@@ -32,7 +33,7 @@ public:
     double rate;             ///< [Hz]
     HandPath hand;
 
-private:
+  private:
     std::optional<Memory> bytes_, room_;
     vxs_asset asset_{};
 };

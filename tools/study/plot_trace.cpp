@@ -16,7 +16,8 @@ double magnitude(const Point &force)
 
 } // namespace
 
-std::vector<std::uint8_t> plot_trace(const std::vector<TraceRow> &rows, const std::string &title, Picture picture)
+std::vector<std::uint8_t> plot_trace(const std::vector<TraceRow> &rows, const std::string &title,
+                                     Picture picture)
 {
     std::string script = "$trace << END\n";
     double highest = 0;
@@ -27,7 +28,8 @@ std::vector<std::uint8_t> plot_trace(const std::vector<TraceRow> &rows, const st
     }
     script += "END\n";
     script += gnuplot_sheet(picture, 900, 480);
-    script += "set title " + gnuplot_text(title) + " noenhanced\n"
+    script += "set title " + gnuplot_text(title) +
+              " noenhanced\n"
               "set xlabel 'time [s]'\n"
               "set ylabel 'force, magnitude [N]'\n"
               "set key top right Left reverse samplen 3 opaque box lc rgb '#d8d8d8'\n";

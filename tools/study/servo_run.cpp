@@ -38,7 +38,7 @@ void check(vxs_result result, const std::string &where)
 
 /// A simulated device at the start of the hand's path.
 class Simulated {
-public:
+  public:
     explicit Simulated(const PlannedServo &planned)
         : config(simulated_device(planned.device, planned.rate)), memory_(vxs_simulated_memory())
     {
@@ -54,19 +54,19 @@ public:
     vxs_simulated_config config;
     vxs_device *device = nullptr;
 
-private:
+  private:
     Memory memory_;
 };
 
 class Servo {
-public:
+  public:
     explicit Servo(const vxs_servo_config &config) : memory_(vxs_servo_memory(&config))
     {
         check(vxs_servo_init(memory_.get(), memory_.size(), &config, &servo), "servo");
     }
     vxs_servo *servo = nullptr;
 
-private:
+  private:
     Memory memory_;
 };
 
@@ -74,8 +74,9 @@ std::uint64_t ticks_of(const PlannedServo &planned, double seconds)
 {
     const double ticks = std::round(seconds * planned.rate);
     if (!(ticks >= 1) || ticks > static_cast<double>(most_ticks)) {
-        throw Failure(ExitCode::usage, "",
-                      fmt::format("--seconds must give between 1 and {} ticks at {} Hz", most_ticks, planned.rate));
+        throw Failure(
+            ExitCode::usage, "",
+            fmt::format("--seconds must give between 1 and {} ticks at {} Hz", most_ticks, planned.rate));
     }
     return static_cast<std::uint64_t>(ticks);
 }
@@ -88,7 +89,7 @@ void move_hand(vxs_device *device, const Pose &pose)
 
 /// Adds up what happens, tick by tick.
 class Account {
-public:
+  public:
     Account(ServoRun &run, bool keep_rows) : run_(run), keep_rows_(keep_rows) {}
 
     void add(const vxs_servo_trace &row, double t, const Point &hand)
@@ -116,13 +117,13 @@ public:
         ++run_.ticks;
         if (keep_rows_) {
             const auto point = [](const double v[3]) { return Point{v[0], v[1], v[2]}; };
-            run_.rows.push_back({t, point(row.pose.position), hand, point(row.body.position), point(row.collision.force),
-                                 point(row.collision.torque), point(row.command.force), row.points, row.flags,
-                                 row.energy});
+            run_.rows.push_back({t, point(row.pose.position), hand, point(row.body.position),
+                                 point(row.collision.force), point(row.collision.torque),
+                                 point(row.command.force), row.points, row.flags, row.energy});
         }
     }
 
-private:
+  private:
     ServoRun &run_;
     bool keep_rows_;
     double sum_ = 0;
@@ -139,7 +140,8 @@ Durations durations_of(const vxs_servo_thread_histogram &histogram)
         for (unsigned bin = 0; bin < VXS_SERVO_THREAD_BINS; ++bin) {
             seen += histogram.bins[bin];
             if (static_cast<double>(seen) >= share * static_cast<double>(total)) {
-                return std::min(1e3 * std::ldexp(1.0, static_cast<int>(bin)), static_cast<double>(histogram.max_ns));
+                return std::min(1e3 * std::ldexp(1.0, static_cast<int>(bin)),
+                                static_cast<double>(histogram.max_ns));
             }
         }
         return static_cast<double>(histogram.max_ns);
@@ -154,8 +156,8 @@ float ns_since(Clock::time_point begin)
     return std::chrono::duration<float, std::nano>(Clock::now() - begin).count();
 }
 
-void run_virtual(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
-                 Account &account, Progress &progress)
+void run_virtual(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks,
+                 ServoRun &run, Account &account, Progress &progress)
 {
     std::vector<float> ns;
     ns.reserve(ticks);
@@ -191,8 +193,8 @@ extern "C" void move_to_tick(void *user, std::uint64_t tick)
     move_hand(hands->device, hands->poses[std::min<std::size_t>(tick, hands->poses.size() - 1)]);
 }
 
-void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks, ServoRun &run,
-                  Account &account, Progress &progress)
+void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks,
+                  ServoRun &run, Account &account, Progress &progress)
 {
     Hands hands{device, {}};
     hands.poses.reserve(ticks);
@@ -227,7 +229,8 @@ void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *se
             for (std::size_t count; (count = vxs_trace_drain(config.trace, rows.data(), rows.size())) > 0;) {
                 for (std::size_t n = 0; n < count; ++n) {
                     const std::size_t tick = std::min<std::size_t>(rows[n].tick, hands.poses.size() - 1);
-                    account.add(rows[n], static_cast<double>(rows[n].tick) / planned.rate, hands.poses[tick].position);
+                    account.add(rows[n], static_cast<double>(rows[n].tick) / planned.rate,
+                                hands.poses[tick].position);
                 }
                 progress.advance(count);
             }
@@ -237,8 +240,8 @@ void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *se
         vxs_servo_thread_get(thread, &status);
     }
     run.tick = durations_of(status.work);
-    run.realtime = {status.scheduling_text, status.memory_text, status.missed, vxs_trace_dropped(config.trace),
-                    durations_of(status.lateness)};
+    run.realtime = {status.scheduling_text, status.memory_text, status.missed,
+                    vxs_trace_dropped(config.trace), durations_of(status.lateness)};
 }
 
 /// The device's states in the last ticks of a run.
@@ -280,7 +283,8 @@ double tick_ns(const vxs_servo_config &config, const std::vector<vxs_device_stat
     return double{ns_since(begin)} / static_cast<double>(states.size());
 }
 
-double difference(const vxs_servo_config &with, const vxs_servo_config &without, const std::vector<vxs_device_state> &states)
+double difference(const vxs_servo_config &with, const vxs_servo_config &without,
+                  const std::vector<vxs_device_state> &states)
 {
     constexpr int passes = 7;
     double least_with = std::numeric_limits<double>::infinity(), least_without = least_with;
@@ -303,7 +307,8 @@ ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progr
     progress.stage("servo", ticks);
     run.budget_points = planned.config.contact.most_points;
     Account account(run, options.keep_rows);
-    (options.realtime ? run_realtime : run_virtual)(planned, simulated.device, servo.servo, ticks, run, account, progress);
+    (options.realtime ? run_realtime : run_virtual)(planned, simulated.device, servo.servo, ticks, run,
+                                                    account, progress);
     return run;
 }
 
@@ -319,7 +324,8 @@ std::vector<Stage> explain_servo(const PlannedServo &planned, const RunOptions &
     vxs_contact *engine = nullptr;
     check(vxs_contact_init(room.get(), room.size(), &shell, config.static_count, &engine), "contact");
     const Memory levels(vxs_contact_levels_memory(&shell));
-    if (config.contact.most_points) check(vxs_contact_add_levels(engine, levels.get(), levels.size()), "levels of detail");
+    if (config.contact.most_points)
+        check(vxs_contact_add_levels(engine, levels.get(), levels.size()), "levels of detail");
     vxs_coupling *coupling = nullptr;
     check(vxs_coupling_init(filter.get(), filter.size(), &config.coupling, &coupling), "coupling");
 
@@ -335,7 +341,8 @@ std::vector<Stage> explain_servo(const PlannedServo &planned, const RunOptions &
 
         vxs_contact_result result;
         begin = Clock::now();
-        vxs_contact_evaluate(engine, config.statics, config.static_count, &state.pose, &config.contact, &result);
+        vxs_contact_evaluate(engine, config.statics, config.static_count, &state.pose, &config.contact,
+                             &result);
         contact.push_back(ns_since(begin));
 
         vxs_wrench out;
@@ -356,19 +363,29 @@ std::vector<Stage> explain_servo(const PlannedServo &planned, const RunOptions &
         guards += std::string(", ") + vxs_effect_kind_name(effect.kind);
     }
     return {
-        {"exchange", fmt::format("{}: pose and velocity in, the last command out", planned.device), durations(exchange)},
-        {"contact", fmt::format("{} points into cells of {} mm, law {}, field {}", shell.point_count, 1e3 * planned.map().voxel,
-                                law_name(config.contact.law), field_name(config.contact.field)),
+        {"exchange", fmt::format("{}: pose and velocity in, the last command out", planned.device),
+         durations(exchange)},
+        {"contact",
+         fmt::format("{} points into cells of {} mm, law {}, field {}", shell.point_count,
+                     1e3 * planned.map().voxel, law_name(config.contact.law),
+                     field_name(config.contact.field)),
          durations(contact)},
-        {"coupling", planned.coupling + (config.coupling.kind == VXS_COUPLING_QUASI_STATIC ? fmt::format(", contact evaluated up to {} times", config.coupling.evaluations) : ", six axes"),
+        {"coupling",
+         planned.coupling +
+             (config.coupling.kind == VXS_COUPLING_QUASI_STATIC
+                  ? fmt::format(", contact evaluated up to {} times", config.coupling.evaluations)
+                  : ", six axes"),
          durations(couple)},
-        {"tick", fmt::format("contact, coupling, clamp to {} N{}: the whole of it", config.max_force, guards), durations(whole)},
+        {"tick", fmt::format("contact, coupling, clamp to {} N{}: the whole of it", config.max_force, guards),
+         durations(whole)},
     };
 }
 
-std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptions &options, Progress &progress)
+std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptions &options,
+                                     Progress &progress)
 {
-    const std::vector<vxs_device_state> states = states_of(planned, ticks_of(planned, options.seconds), progress);
+    const std::vector<vxs_device_state> states =
+        states_of(planned, ticks_of(planned, options.seconds), progress);
     std::vector<EffectCost> costs;
     std::uint32_t kind = 0;
     const char *reads = nullptr;
@@ -386,7 +403,8 @@ std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptio
         with.insert(with.end(), without.begin(), without.end());
         const vxs_servo_config asked = with_effects(planned.config, with);
         if (const vxs_result result = vxs_servo_config_check(&asked); result != VXS_OK) {
-            cost.why_not = result == VXS_PARAM ? "needs more than its constants by default" : vxs_result_text(result);
+            cost.why_not =
+                result == VXS_PARAM ? "needs more than its constants by default" : vxs_result_text(result);
         } else {
             cost.ns = difference(asked, with_effects(planned.config, without), states);
         }
@@ -398,26 +416,46 @@ std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptio
 std::string flag_name(unsigned bit)
 {
     switch (1u << bit) {
-    case VXS_CONTACT_DEEP: return "deep";
-    case VXS_CONTACT_MEAN_CANCELLED: return "mean-cancelled";
-    case VXS_CONTACT_OUT_OF_MAP: return "out-of-map";
-    case VXS_CONTACT_OVERFLOW: return "overflow";
-    case VXS_CONTACT_INVALID: return "invalid";
-    case VXS_CONTACT_WRONG_SKIP: return "wrong-skip";
-    case VXS_CONTACT_OVER_BUDGET: return "over-budget";
-    case VXS_CONTACT_SOFTENED: return "softened";
-    case VXS_SERVO_OFF: return "off";
-    case VXS_SERVO_RAMPING: return "ramping";
-    case VXS_SERVO_START_IN_CONTACT: return "start-in-contact";
-    case VXS_SERVO_SLEWED: return "slewed";
-    case VXS_SERVO_SATURATED: return "saturated";
-    case VXS_SERVO_DEVICE_STALE: return "stale";
-    case VXS_SERVO_MISSED: return "missed";
-    case VXS_SERVO_DEVICE_LOST: return "lost";
-    case VXS_SERVO_FAULT: return "fault";
-    case VXS_SERVO_DAMPED: return "damped";
-    case VXS_SERVO_TELEPORT: return "teleport";
-    default: return "";
+    case VXS_CONTACT_DEEP:
+        return "deep";
+    case VXS_CONTACT_MEAN_CANCELLED:
+        return "mean-cancelled";
+    case VXS_CONTACT_OUT_OF_MAP:
+        return "out-of-map";
+    case VXS_CONTACT_OVERFLOW:
+        return "overflow";
+    case VXS_CONTACT_INVALID:
+        return "invalid";
+    case VXS_CONTACT_WRONG_SKIP:
+        return "wrong-skip";
+    case VXS_CONTACT_OVER_BUDGET:
+        return "over-budget";
+    case VXS_CONTACT_SOFTENED:
+        return "softened";
+    case VXS_SERVO_OFF:
+        return "off";
+    case VXS_SERVO_RAMPING:
+        return "ramping";
+    case VXS_SERVO_START_IN_CONTACT:
+        return "start-in-contact";
+    case VXS_SERVO_SLEWED:
+        return "slewed";
+    case VXS_SERVO_SATURATED:
+        return "saturated";
+    case VXS_SERVO_DEVICE_STALE:
+        return "stale";
+    case VXS_SERVO_MISSED:
+        return "missed";
+    case VXS_SERVO_DEVICE_LOST:
+        return "lost";
+    case VXS_SERVO_FAULT:
+        return "fault";
+    case VXS_SERVO_DAMPED:
+        return "damped";
+    case VXS_SERVO_TELEPORT:
+        return "teleport";
+    default:
+        return "";
     }
 }
 

@@ -16,7 +16,8 @@ namespace voxshell {
 
 struct RunOptions {
     double seconds = 0;
-    bool realtime = false; ///< on the servo thread, at the wall clock's rate; otherwise virtual time, and as fast as it goes
+    bool realtime = false;  ///< on the servo thread, at the wall clock's rate; otherwise virtual time, and as
+                            ///< fast as it goes
     bool keep_rows = false; ///< fill ServoRun::rows
 };
 
@@ -30,16 +31,16 @@ struct ServoRun {
     double collision_peak = 0, output_peak = 0; ///< |force| [N]
     double output_mean = 0;                     ///< |force| over the ticks in contact [N]
     std::uint64_t contact_ticks = 0;
-    std::uint32_t points_most = 0; ///< in contact at once
-    std::uint32_t probed_most = 0; ///< looked at in a tick
-    std::uint32_t level_most = 0;  ///< coarsest level of detail
+    std::uint32_t points_most = 0;   ///< in contact at once
+    std::uint32_t probed_most = 0;   ///< looked at in a tick
+    std::uint32_t level_most = 0;    ///< coarsest level of detail
     std::uint32_t budget_points = 0; ///< what the scene's budget buys on this machine, 0: none
-    double depth_most = 0;         ///< [m], of a point under the plane of its cell
-    double reach_most = 0;         ///< how far the hand's target was ahead of the device [m]
-    double energy_least = 0;       ///< taken from the hand, as passivity observed it [J]; 0 without
-    std::uint32_t flags = 0;       ///< of all ticks, or-ed (VXS_SERVO_*, VXS_CONTACT_*)
+    double depth_most = 0;           ///< [m], of a point under the plane of its cell
+    double reach_most = 0;           ///< how far the hand's target was ahead of the device [m]
+    double energy_least = 0;         ///< taken from the hand, as passivity observed it [J]; 0 without
+    std::uint32_t flags = 0;         ///< of all ticks, or-ed (VXS_SERVO_*, VXS_CONTACT_*)
     std::array<std::uint64_t, 32> flag_ticks{}; ///< ticks with bit n set
-    Durations tick;                ///< exchange and tick; of the thread's histogram (powers of two) in real time
+    Durations tick; ///< exchange and tick; of the thread's histogram (powers of two) in real time
     struct Realtime {
         std::string scheduling, memory; ///< granted, or why not
         std::uint64_t missed = 0;
@@ -50,8 +51,8 @@ struct ServoRun {
     std::vector<TraceRow> rows;
 };
 
-/// Runs the loop: options.seconds at the plan's rate, the device armed at the start of the hand's path. Throws
-/// Failure: usage (no such device; seconds), interrupted.
+/// Runs the loop: options.seconds at the plan's rate, the device armed at the start of the hand's path.
+/// Throws Failure: usage (no such device; seconds), interrupted.
 ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress);
 
 /// What runs in a tick, in order, each stage measured alone along the same hand's path.
@@ -65,10 +66,11 @@ struct EffectCost {
     std::string why_not;
 };
 
-/// What each effect costs in this plan, in order of execution: the states of a run (its last 5000 ticks at most) go through two
-/// servos in turn, with the effect and without it, and the least of several passes counts for each. What is not in the plan is as
-/// by default.
-std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptions &options, Progress &progress);
+/// What each effect costs in this plan, in order of execution: the states of a run (its last 5000 ticks at
+/// most) go through two servos in turn, with the effect and without it, and the least of several passes
+/// counts for each. What is not in the plan is as by default.
+std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptions &options,
+                                     Progress &progress);
 
 /// Name of flag bit n ("deep", "saturated"), empty for none such.
 std::string flag_name(unsigned bit);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A study as one page that opens from disk: pictures inside, no other file, each number with the row it comes from.
+// A study as one page that opens from disk: pictures inside, no other file, each number with the row it comes
+// from.
 #include "study/study_report.hpp"
 
 #include <fmt/format.h>
@@ -48,7 +49,11 @@ std::string escaped(const std::string &text)
 {
     std::string out;
     for (const char c : text) {
-        out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '"' ? "&quot;" : std::string(1, c);
+        out += c == '&'   ? "&amp;"
+               : c == '<' ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
     }
     return out;
 }
@@ -59,8 +64,10 @@ std::string base64(const std::string &bytes)
     std::string out;
     for (std::size_t n = 0; n < bytes.size(); n += 3) {
         std::uint32_t three = 0;
-        for (std::size_t i = 0; i < 3; ++i) three = three << 8 | (n + i < bytes.size() ? static_cast<std::uint8_t>(bytes[n + i]) : 0u);
-        for (std::size_t i = 0; i < 4; ++i) out += n + i > bytes.size() ? '=' : digits[three >> (18 - 6 * i) & 63];
+        for (std::size_t i = 0; i < 3; ++i)
+            three = three << 8 | (n + i < bytes.size() ? static_cast<std::uint8_t>(bytes[n + i]) : 0u);
+        for (std::size_t i = 0; i < 4; ++i)
+            out += n + i > bytes.size() ? '=' : digits[three >> (18 - 6 * i) & 63];
     }
     return out;
 }
@@ -93,22 +100,28 @@ std::string claims(const Study &study)
     for (const Verdict verdict : {Verdict::fails, Verdict::partly}) {
         for (const StudyClaim &claim : study.claims) {
             if (claim.verdict != verdict) continue;
-            out += fmt::format("<li><a href=\"#claim-{}\">{}</a> <span class=\"verdict\">{}</span>: {}</li>\n", claim.id, escaped(claim.claim), verdict_text(verdict),
-                               measured(claim));
+            out +=
+                fmt::format("<li><a href=\"#claim-{}\">{}</a> <span class=\"verdict\">{}</span>: {}</li>\n",
+                            claim.id, escaped(claim.claim), verdict_text(verdict), measured(claim));
         }
     }
-    out += "</ul>\n<h2 id=\"claims\">Claim by claim</h2>\n<div class=\"wide\"><table class=\"sortable\"><thead><tr><th>the paper's claim</th><th>verdict</th><th>what we measure</th><th>why</th></tr></thead>\n<tbody>\n";
+    out += "</ul>\n<h2 id=\"claims\">Claim by claim</h2>\n<div class=\"wide\"><table "
+           "class=\"sortable\"><thead><tr><th>the paper's claim</th><th>verdict</th><th>what we "
+           "measure</th><th>why</th></tr></thead>\n<tbody>\n";
     for (const StudyClaim &claim : study.claims) {
-        out += fmt::format("<tr id=\"claim-{}\"><td>{}</td><td class=\"verdict\">{}</td><td>{}</td><td>{}</td></tr>\n", claim.id, escaped(claim.claim),
-                           verdict_text(claim.verdict), measured(claim), escaped(claim.why));
+        out += fmt::format(
+            "<tr id=\"claim-{}\"><td>{}</td><td class=\"verdict\">{}</td><td>{}</td><td>{}</td></tr>\n",
+            claim.id, escaped(claim.claim), verdict_text(claim.verdict), measured(claim), escaped(claim.why));
     }
     return out + "</tbody></table></div>\n";
 }
 
 std::string table_text(const StudyTable &table)
 {
-    std::string out = fmt::format("<h3 id=\"table-{0}\">{1}</h3>\n<p class=\"note\">{2} All columns: <code>{0}.csv</code></p>\n<div class=\"wide\"><table class=\"sortable\"><thead><tr>",
-                                  table.id, escaped(table.title), escaped(table.note));
+    std::string out =
+        fmt::format("<h3 id=\"table-{0}\">{1}</h3>\n<p class=\"note\">{2} All columns: "
+                    "<code>{0}.csv</code></p>\n<div class=\"wide\"><table class=\"sortable\"><thead><tr>",
+                    table.id, escaped(table.title), escaped(table.note));
     for (const StudyColumn &column : table.columns) {
         if (!column.label.empty()) out += "<th>" + escaped(column.label) + "</th>";
     }
@@ -122,7 +135,8 @@ std::string table_text(const StudyTable &table)
                 out += "<td>" + escaped(*text) + "</td>";
             } else {
                 const double number = std::get<double>(value);
-                out += fmt::format("<td class=\"n\" {}>{}</td>", source(table.id, row, table.columns[n].name), std::isfinite(number) ? fmt::format("{:.3g}", number) : "");
+                out += fmt::format("<td class=\"n\" {}>{}</td>", source(table.id, row, table.columns[n].name),
+                                   std::isfinite(number) ? fmt::format("{:.3g}", number) : "");
             }
         }
         out += "</tr>\n";
@@ -134,23 +148,32 @@ std::string table_text(const StudyTable &table)
 
 std::string study_page(const Study &study, const std::vector<std::string> &svg)
 {
-    std::string out = fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
-                                  "<link rel=\"icon\" href=\"data:,\">\n<style>{1}</style></head>\n<body>\n<h1>{0}</h1>\n<p>{2}</p>\n<p>Made by <code>{3}</code>. Click on a table's head to sort it.</p>\n",
-                                  escaped(study.title), style, escaped(study.lead), escaped(study.command));
+    std::string out =
+        fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta "
+                    "name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
+                    "<link rel=\"icon\" "
+                    "href=\"data:,\">\n<style>{1}</style></head>\n<body>\n<h1>{0}</h1>\n<p>{2}</p>\n<p>Made "
+                    "by <code>{3}</code>. Click on a table's head to sort it.</p>\n",
+                    escaped(study.title), style, escaped(study.lead), escaped(study.command));
     out += "<nav><a href=\"#fails\">What does not hold</a> | <a href=\"#claims\">Claim by claim</a>";
     for (const StudyFigure &figure : study.figures) {
-        out += fmt::format(" | <a href=\"#figure-{}\">{}</a>", figure.id, escaped(figure.title.substr(0, figure.title.find(':'))));
+        out += fmt::format(" | <a href=\"#figure-{}\">{}</a>", figure.id,
+                           escaped(figure.title.substr(0, figure.title.find(':'))));
     }
     out += "</nav>\n" + claims(study);
     for (std::size_t n = 0; n < study.figures.size(); ++n) {
         const StudyFigure &figure = study.figures[n];
-        out += fmt::format("<h2 id=\"figure-{0}\">{1}</h2>\n<figure><img alt=\"{1}\" src=\"data:image/svg+xml;base64,{2}\">\n<figcaption>{3} Numbers: <code>{0}.csv</code>. Made by <code>{4}</code></figcaption></figure>\n",
-                           figure.id, escaped(figure.title), base64(svg[n]), escaped(figure.caption), escaped(study.command));
+        out += fmt::format("<h2 id=\"figure-{0}\">{1}</h2>\n<figure><img alt=\"{1}\" "
+                           "src=\"data:image/svg+xml;base64,{2}\">\n<figcaption>{3} Numbers: "
+                           "<code>{0}.csv</code>. Made by <code>{4}</code></figcaption></figure>\n",
+                           figure.id, escaped(figure.title), base64(svg[n]), escaped(figure.caption),
+                           escaped(study.command));
         for (const StudyTable &table : study.tables) {
             if (table.figure == figure.id) out += table_text(table);
         }
     }
-    return out + fmt::format("<footer><p>voxshell {}</p></footer>\n<script>{}</script>\n</body></html>\n", tool_version(), sorting);
+    return out + fmt::format("<footer><p>voxshell {}</p></footer>\n<script>{}</script>\n</body></html>\n",
+                             tool_version(), sorting);
 }
 
 } // namespace voxshell

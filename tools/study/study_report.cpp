@@ -25,7 +25,8 @@ std::string quoted(const std::string &text)
 
 std::size_t column_of(const StudyTable &table, const std::string &name)
 {
-    const auto found = std::find_if(table.columns.begin(), table.columns.end(), [&](const StudyColumn &c) { return c.name == name; });
+    const auto found = std::find_if(table.columns.begin(), table.columns.end(),
+                                    [&](const StudyColumn &c) { return c.name == name; });
     if (found == table.columns.end()) throw Failure(ExitCode::bug, table.id, "no column " + name);
     return static_cast<std::size_t>(found - table.columns.begin());
 }
@@ -40,20 +41,26 @@ json as_json(const Value &value)
 json as_json(const StudyTable &table)
 {
     json columns = json::array(), rows = json::array();
-    for (const StudyColumn &column : table.columns) columns.push_back({{"name", column.name}, {"label", column.label}});
+    for (const StudyColumn &column : table.columns)
+        columns.push_back({{"name", column.name}, {"label", column.label}});
     for (const auto &row : table.rows) {
         json line = json::array();
         for (const Value &value : row) line.push_back(as_json(value));
         rows.push_back(line);
     }
-    return {{"id", table.id}, {"title", table.title}, {"csv", table.id + ".csv"}, {"columns", columns}, {"rows", rows}};
+    return {{"id", table.id},
+            {"title", table.title},
+            {"csv", table.id + ".csv"},
+            {"columns", columns},
+            {"rows", rows}};
 }
 
 /// The command under the picture, as design's pictures have it.
 std::string head(const Study &study)
 {
-    return fmt::format("set label 100 {} at screen 0.012, screen 0.018 left font ',13' textcolor rgb '#505050' noenhanced\n",
-                       gnuplot_text(study.command));
+    return fmt::format(
+        "set label 100 {} at screen 0.012, screen 0.018 left font ',13' textcolor rgb '#505050' noenhanced\n",
+        gnuplot_text(study.command));
 }
 
 } // namespace
@@ -79,7 +86,8 @@ std::string StudyTable::csv() const
 
 double StudyTable::number(std::size_t row, const std::string &column) const
 {
-    const auto *value = row < rows.size() ? std::get_if<double>(&rows[row][column_of(*this, column)]) : nullptr;
+    const auto *value =
+        row < rows.size() ? std::get_if<double>(&rows[row][column_of(*this, column)]) : nullptr;
     if (!value) throw Failure(ExitCode::bug, id, "no number in " + column);
     return *value;
 }
@@ -92,14 +100,17 @@ const StudyTable &Study::table(const std::string &id) const
     throw Failure(ExitCode::bug, "", "no table " + id);
 }
 
-StudyNumber study_number(const StudyTable &table, std::size_t row, const std::string &column, const std::string &format)
+StudyNumber study_number(const StudyTable &table, std::size_t row, const std::string &column,
+                         const std::string &format)
 {
     return {table.id, row, column, table.number(row, column), format};
 }
 
 std::string verdict_text(Verdict verdict)
 {
-    return verdict == Verdict::holds ? "holds" : verdict == Verdict::partly ? "holds in part" : "does not hold";
+    return verdict == Verdict::holds    ? "holds"
+           : verdict == Verdict::partly ? "holds in part"
+                                        : "does not hold";
 }
 
 std::string study_json(const Study &study)
@@ -109,27 +120,42 @@ std::string study_json(const Study &study)
     for (const StudyClaim &claim : study.claims) {
         json numbers = json::array();
         for (const StudyNumber &n : claim.numbers) {
-            numbers.push_back({{"value", as_json(Value(n.value))}, {"csv", n.table + ".csv"}, {"row", n.row + 1}, {"column", n.column}});
+            numbers.push_back({{"value", as_json(Value(n.value))},
+                               {"csv", n.table + ".csv"},
+                               {"row", n.row + 1},
+                               {"column", n.column}});
         }
-        claims.push_back({{"id", claim.id}, {"claim", claim.claim}, {"verdict", verdict_text(claim.verdict)}, {"measured", claim.measured}, {"why", claim.why}, {"numbers", numbers}});
+        claims.push_back({{"id", claim.id},
+                          {"claim", claim.claim},
+                          {"verdict", verdict_text(claim.verdict)},
+                          {"measured", claim.measured},
+                          {"why", claim.why},
+                          {"numbers", numbers}});
     }
     for (const StudyFigure &figure : study.figures) {
-        figures.push_back({{"id", figure.id}, {"title", figure.title}, {"csv", figure.id + ".csv"}, {"svg", figure.id + ".svg"}, {"png", figure.id + ".png"}});
+        figures.push_back({{"id", figure.id},
+                           {"title", figure.title},
+                           {"csv", figure.id + ".csv"},
+                           {"svg", figure.id + ".svg"},
+                           {"png", figure.id + ".png"}});
     }
     for (const StudyTable &table : study.tables) tables.push_back(as_json(table));
-    const json out = {{"schema", "voxshell-study/1"}, {"version", tool_version()}, {"study", study.name}, {"command", study.command},
-                      {"options", options},           {"claims", claims},         {"figures", figures},  {"tables", tables}};
+    const json out = {{"schema", "voxshell-study/1"}, {"version", tool_version()}, {"study", study.name},
+                      {"command", study.command},     {"options", options},        {"claims", claims},
+                      {"figures", figures},           {"tables", tables}};
     return out.dump(1) + "\n";
 }
 
-void write_study(const Study &study, const std::filesystem::path &folder, Outputs &outputs, Progress &progress)
+void write_study(const Study &study, const std::filesystem::path &folder, Outputs &outputs,
+                 Progress &progress)
 {
     std::vector<std::string> svg;
     progress.stage("pictures", study.figures.size());
     for (const StudyFigure &figure : study.figures) {
         progress.check();
         const auto draw = [&](Picture picture) {
-            return gnuplot(gnuplot_sheet(picture, figure.width, figure.height) + "$data << END\n" + figure.csv.substr(figure.csv.find('\n') + 1) +
+            return gnuplot(gnuplot_sheet(picture, figure.width, figure.height) + "$data << END\n" +
+                           figure.csv.substr(figure.csv.find('\n') + 1) +
                            "END\nset datafile separator ','\n" + head(study) + figure.script);
         };
         const std::vector<std::uint8_t> drawn = draw(Picture::svg);

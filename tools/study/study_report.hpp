@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a study hands over: tables (each one CSV), figures (each CSV, SVG and PNG), and claims with the numbers that
-// decide them; as files, as summary.json (voxshell-study/1) and as one page.
+// What a study hands over: tables (each one CSV), figures (each CSV, SVG and PNG), and claims with the
+// numbers that decide them; as files, as summary.json (voxshell-study/1) and as one page.
 #pragma once
 
 #include "cli/progress.hpp"
@@ -24,7 +24,7 @@ struct StudyTable {
     std::string title, note;
     std::vector<StudyColumn> columns;
     std::vector<std::vector<std::variant<std::string, double>>> rows; ///< NaN: nothing to tell
-    std::string figure; ///< under which it stands
+    std::string figure;                                               ///< under which it stands
     std::string csv() const;
     double number(std::size_t row, const std::string &column) const; ///< throws Failure(bug) if there is none
 };
@@ -58,7 +58,7 @@ struct StudyClaim {
 };
 
 struct Study {
-    std::string name;    ///< "paper"
+    std::string name; ///< "paper"
     std::string title, lead;
     std::string command; ///< what makes it again
     std::vector<std::pair<std::string, std::string>> options;
@@ -70,10 +70,12 @@ struct Study {
 };
 
 /// A number of one column of one row, to be named in a claim.
-StudyNumber study_number(const StudyTable &table, std::size_t row, const std::string &column, const std::string &format = "{:.3g}");
+StudyNumber study_number(const StudyTable &table, std::size_t row, const std::string &column,
+                         const std::string &format = "{:.3g}");
 
 /// index.html, summary.json, all CSV and pictures. Throws Failure(system) without gnuplot.
-void write_study(const Study &study, const std::filesystem::path &folder, Outputs &outputs, Progress &progress);
+void write_study(const Study &study, const std::filesystem::path &folder, Outputs &outputs,
+                 Progress &progress);
 
 std::string study_json(const Study &study);
 

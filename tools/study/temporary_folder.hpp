@@ -7,7 +7,7 @@
 namespace voxshell {
 
 class TemporaryFolder {
-public:
+  public:
     TemporaryFolder(); ///< in $TMPDIR or /tmp; throws Failure(system)
     ~TemporaryFolder();
     TemporaryFolder(const TemporaryFolder &) = delete;

@@ -9,7 +9,8 @@ namespace {
 void put(std::string &out, double value)
 {
     char digits[32];
-    const auto [end, error] = std::to_chars(digits, digits + sizeof digits, value); // shortest that reads back the same
+    const auto [end, error] =
+        std::to_chars(digits, digits + sizeof digits, value); // shortest that reads back the same
     out.append(digits, end);
     out += ',';
 }
@@ -25,9 +26,10 @@ void put(std::string &out, const Point &point)
 
 std::string trace_csv(const std::vector<TraceRow> &rows)
 {
-    std::string out = "t_s,device_x_m,device_y_m,device_z_m,hand_x_m,hand_y_m,hand_z_m,body_x_m,body_y_m,body_z_m,"
-                      "collision_fx_n,collision_fy_n,collision_fz_n,collision_tx_nm,collision_ty_nm,collision_tz_nm,"
-                      "output_fx_n,output_fy_n,output_fz_n,contacts,flags,energy_j\n";
+    std::string out =
+        "t_s,device_x_m,device_y_m,device_z_m,hand_x_m,hand_y_m,hand_z_m,body_x_m,body_y_m,body_z_m,"
+        "collision_fx_n,collision_fy_n,collision_fz_n,collision_tx_nm,collision_ty_nm,collision_tz_nm,"
+        "output_fx_n,output_fy_n,output_fz_n,contacts,flags,energy_j\n";
     for (const TraceRow &row : rows) {
         put(out, row.t);
         put(out, row.device);

@@ -27,8 +27,9 @@ struct TraceRow {
 /// One header line, one line a row; each number reads back as the same double.
 std::string trace_csv(const std::vector<TraceRow> &rows);
 
-/// Collision force (thin) and output force (thick) in newtons over time, drawn by gnuplot. Throws Failure(system)
-/// if gnuplot is not installed or fails.
-std::vector<std::uint8_t> plot_trace(const std::vector<TraceRow> &rows, const std::string &title, Picture picture);
+/// Collision force (thin) and output force (thick) in newtons over time, drawn by gnuplot. Throws
+/// Failure(system) if gnuplot is not installed or fails.
+std::vector<std::uint8_t> plot_trace(const std::vector<TraceRow> &rows, const std::string &title,
+                                     Picture picture);
 
 } // namespace voxshell

@@ -231,7 +231,8 @@ VXS_CLONES void lower(const Facet &__restrict f, Nearest &__restrict nearest)
 class Surroundings {
   public:
     Surroundings(const LatticeMesh &mesh, const BrickTriangles &binned, double band)
-        : mesh_(mesh), binned_(binned), band2_(band * band), reach_(static_cast<std::int32_t>((band + 7.5) / 8))
+        : mesh_(mesh), binned_(binned), band2_(band * band),
+          reach_(static_cast<std::int32_t>((band + 7.5) / 8))
     {
     }
 
@@ -245,7 +246,8 @@ class Surroundings {
         double most2 = band2_; // of the cells' squared distances
         for (auto bin = bins_.begin(); bin != bins_.end() && bin->gap2 * surely < most2;) {
             merged_.clear();
-            std::set_union(seen_.begin(), seen_.end(), near_.begin(), near_.end(), std::back_inserter(merged_));
+            std::set_union(seen_.begin(), seen_.end(), near_.begin(), near_.end(),
+                           std::back_inserter(merged_));
             seen_.swap(merged_);
             near_.clear();
             const double lot = std::sqrt(bin->gap2) + 8, until = lot * lot;

@@ -15,10 +15,10 @@ using TextSink = std::function<void(std::string_view)>;
 /// `i,j,k,state[,layer][,distance_m]`, one line per surface (1) or interior (2) cell, sorted by i, j, k.
 void cells_csv(const VoxmapFile &file, const TextSink &sink);
 
-/// The skin of the surface cells: one quad between a surface cell and each free cell beside it, counter-clockwise seen
-/// from the free cell. Corners are shared and sorted by (i, j, k).
+/// The skin of the surface cells: one quad between a surface cell and each free cell beside it,
+/// counter-clockwise seen from the free cell. Corners are shared and sorted by (i, j, k).
 struct CellSkin {
-    std::vector<Cell> corners;                     ///< absolute: corner (i,j,k) is at h (i, j, k)
+    std::vector<Cell> corners;                       ///< absolute: corner (i,j,k) is at h (i, j, k)
     std::vector<std::array<std::uint32_t, 4>> quads; ///< indices of corners, in brick order
 };
 

@@ -11,10 +11,11 @@ namespace {
 
 /// Lines are put together in a block, and blocks go to the sink: ten million rows in a second or two.
 class Table {
-public:
+  public:
     explicit Table(const TextSink &sink) : sink_(sink) { block_.reserve(limit + 256); }
     ~Table() = default;
-    template <typename Number> void number(Number value)
+    template<typename Number>
+    void number(Number value)
     {
         char text[32];
         block_.append(text, std::to_chars(text, text + sizeof text, value).ptr);
@@ -31,7 +32,7 @@ public:
         block_.clear();
     }
 
-private:
+  private:
     static constexpr std::size_t limit = 1 << 20;
     const TextSink &sink_;
     std::string block_;
@@ -45,7 +46,7 @@ struct Column {
 };
 
 class CellTable {
-public:
+  public:
     CellTable(const VoxmapFile &file, const TextSink &sink)
         : cells_(file.cells), channels_(file.channels), table_(sink)
     {
@@ -59,24 +60,30 @@ public:
         table_.end_line();
         std::size_t brick = 0, run = 0;
         while (brick < cells_.bricks.size() || run < cells_.solid.size()) {
-            const std::int32_t i = std::min(brick < cells_.bricks.size() ? cells_.bricks[brick].at[0] : INT32_MAX,
-                                            run < cells_.solid.size() ? cells_.solid[run].i : INT32_MAX);
+            const std::int32_t i =
+                std::min(brick < cells_.bricks.size() ? cells_.bricks[brick].at[0] : INT32_MAX,
+                         run < cells_.solid.size() ? cells_.solid[run].i : INT32_MAX);
             const std::vector<Column> columns = columns_of(i, brick, run);
             for (std::int64_t slice = 0; slice < 8; ++slice)
                 for (const Column &column : columns)
-                    for (std::int64_t row = 0; row < 8; ++row) write_row(8 * std::int64_t{i} + slice, row, column);
+                    for (std::int64_t row = 0; row < 8; ++row)
+                        write_row(8 * std::int64_t{i} + slice, row, column);
         }
         table_.flush();
     }
 
-private:
+  private:
     std::vector<Column> columns_of(std::int32_t i, std::size_t &brick, std::size_t &run) const
     {
         std::vector<Column> columns;
         const auto brick_j = [&] {
-            return brick < cells_.bricks.size() && cells_.bricks[brick].at[0] == i ? cells_.bricks[brick].at[1] : INT32_MAX;
+            return brick < cells_.bricks.size() && cells_.bricks[brick].at[0] == i
+                       ? cells_.bricks[brick].at[1]
+                       : INT32_MAX;
         };
-        const auto run_j = [&] { return run < cells_.solid.size() && cells_.solid[run].i == i ? cells_.solid[run].j : INT32_MAX; };
+        const auto run_j = [&] {
+            return run < cells_.solid.size() && cells_.solid[run].i == i ? cells_.solid[run].j : INT32_MAX;
+        };
         for (std::int32_t j; (j = std::min(brick_j(), run_j())) != INT32_MAX;) {
             Column column{j, brick, brick, run, run};
             while (brick_j() == j) column.brick_end = ++brick;
@@ -98,7 +105,8 @@ private:
             const std::int32_t next = brick < column.brick_end ? cells_.bricks[brick].at[2] : INT32_MAX;
             for (; run < column.run_end && cells_.solid[run].first < next; ++run) {
                 const SolidRun &solid = cells_.solid[run];
-                for (std::int64_t k = 8 * std::int64_t{solid.first}; k < 8 * (std::int64_t{solid.last} + 1); ++k)
+                for (std::int64_t k = 8 * std::int64_t{solid.first}; k < 8 * (std::int64_t{solid.last} + 1);
+                     ++k)
                     write_cell(k, VXS_CELL_INTERIOR, no_brick, 0);
             }
             if (brick == column.brick_end) break;
@@ -106,7 +114,8 @@ private:
             const std::uint64_t filled = surface | (cells_.bricks[brick].interior[slice] >> (8 * row) & 0xff);
             for (std::uint64_t left = filled; left; left &= left - 1) {
                 const int bit = std::countr_zero(left);
-                write_cell(8 * std::int64_t{next} + bit, surface >> bit & 1 ? VXS_CELL_SURFACE : VXS_CELL_INTERIOR, brick,
+                write_cell(8 * std::int64_t{next} + bit,
+                           surface >> bit & 1 ? VXS_CELL_SURFACE : VXS_CELL_INTERIOR, brick,
                            slice << 6 | static_cast<std::size_t>(row) << 3 | static_cast<std::size_t>(bit));
             }
         }
@@ -119,7 +128,8 @@ private:
         table_.text(state == VXS_CELL_SURFACE ? ",1" : ",2");
         if (!channels_.layer.empty()) {
             table_.text(",");
-            table_.number(brick == no_brick ? -(channels_.layer_count + 1) : int{channels_.layer[brick][cell]});
+            table_.number(brick == no_brick ? -(channels_.layer_count + 1)
+                                            : int{channels_.layer[brick][cell]});
         }
         if (!channels_.distance.empty()) {
             table_.text(",");

@@ -7,7 +7,8 @@ namespace voxshell {
 void check_glb_size(std::size_t bytes)
 {
     if (bytes > UINT32_MAX)
-        throw Failure(ExitCode::requirement, "", "a .glb holds at most 4 GiB: export as .ply or .csv, or convert with a larger --voxel");
+        throw Failure(ExitCode::requirement, "",
+                      "a .glb holds at most 4 GiB: export as .ply or .csv, or convert with a larger --voxel");
 }
 
 std::vector<std::uint8_t> glb_bytes(std::string json, std::span<const std::uint8_t> binary)
@@ -20,7 +21,9 @@ std::vector<std::uint8_t> glb_bytes(std::string json, std::span<const std::uint8
     const auto word = [&](std::size_t value) {
         for (int byte = 0; byte < 4; ++byte) out.push_back(static_cast<std::uint8_t>(value >> (8 * byte)));
     };
-    for (const std::size_t value : {std::size_t{0x46546c67}, std::size_t{2}, total, json.size(), std::size_t{0x4e4f534a}}) word(value);
+    for (const std::size_t value :
+         {std::size_t{0x46546c67}, std::size_t{2}, total, json.size(), std::size_t{0x4e4f534a}})
+        word(value);
     out.insert(out.end(), json.begin(), json.end());
     word(padded);
     word(0x004e4942);

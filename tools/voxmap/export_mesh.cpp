@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "voxmap/export_cells.hpp"
 #include "cli/failure.hpp"
+#include "voxmap/export_cells.hpp"
 #include "voxmap/export_glb.hpp"
 
 #include <algorithm>
@@ -40,9 +40,13 @@ Words filled_beside(const Words &here, const Words &next, int axis, bool up)
     Words beside;
     for (std::size_t i = 0; i < 8; ++i) {
         constexpr std::uint64_t low = 0x0101010101010101, high = 0x8080808080808080; // k = 0, k = 7
-        if (axis == 0) beside[i] = up ? (i == 7 ? next[0] : here[i + 1]) : (i == 0 ? next[7] : here[i - 1]);
-        else if (axis == 1) beside[i] = up ? here[i] >> 8 | next[i] << 56 : here[i] << 8 | next[i] >> 56;
-        else beside[i] = up ? (here[i] >> 1 & ~high) | (next[i] << 7 & high) : (here[i] << 1 & ~low) | (next[i] >> 7 & low);
+        if (axis == 0)
+            beside[i] = up ? (i == 7 ? next[0] : here[i + 1]) : (i == 0 ? next[7] : here[i - 1]);
+        else if (axis == 1)
+            beside[i] = up ? here[i] >> 8 | next[i] << 56 : here[i] << 8 | next[i] >> 56;
+        else
+            beside[i] = up ? (here[i] >> 1 & ~high) | (next[i] << 7 & high)
+                           : (here[i] << 1 & ~low) | (next[i] >> 7 & low);
     }
     return beside;
 }
@@ -97,7 +101,8 @@ std::vector<std::array<Key, 4>> sides(const Cells &cells)
     return quads;
 }
 
-template <typename T> void append(std::string &bytes, T value)
+template<typename T>
+void append(std::string &bytes, T value)
 {
     bytes.append(reinterpret_cast<const char *>(&value), sizeof value);
 }
@@ -113,8 +118,9 @@ CellSkin skin(const Cells &cells)
     tbb::parallel_sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     if (keys.size() > INT32_MAX)
-        throw Failure(ExitCode::requirement, "",
-                      fmt::format("the cells' skin has {} corners, the file holds 2^31: export as .csv", keys.size()));
+        throw Failure(
+            ExitCode::requirement, "",
+            fmt::format("the cells' skin has {} corners, the file holds 2^31: export as .csv", keys.size()));
     CellSkin out;
     constexpr Key mask = (Key{1} << key_bits) - 1;
     out.corners.reserve(keys.size());
@@ -125,17 +131,19 @@ CellSkin skin(const Cells &cells)
     out.quads.resize(quads.size());
     for (std::size_t q = 0; q < quads.size(); ++q)
         for (std::size_t n = 0; n < 4; ++n)
-            out.quads[q][n] = static_cast<std::uint32_t>(std::lower_bound(keys.begin(), keys.end(), quads[q][n]) - keys.begin());
+            out.quads[q][n] = static_cast<std::uint32_t>(
+                std::lower_bound(keys.begin(), keys.end(), quads[q][n]) - keys.begin());
     return out;
 }
 
 void cells_ply(const Cells &cells, const TextSink &sink)
 {
     const CellSkin mesh = skin(cells);
-    sink(fmt::format("ply\nformat binary_little_endian 1.0\ncomment skin of the surface cells, metres\nelement vertex {}\n"
-                     "property double x\nproperty double y\nproperty double z\nelement face {}\n"
-                     "property list uchar int vertex_indices\nend_header\n",
-                     mesh.corners.size(), mesh.quads.size()));
+    sink(fmt::format(
+        "ply\nformat binary_little_endian 1.0\ncomment skin of the surface cells, metres\nelement vertex {}\n"
+        "property double x\nproperty double y\nproperty double z\nelement face {}\n"
+        "property list uchar int vertex_indices\nend_header\n",
+        mesh.corners.size(), mesh.quads.size()));
     std::string block;
     const auto flush = [&](std::size_t limit) {
         if (block.size() < limit) return;
@@ -164,7 +172,8 @@ std::vector<std::uint8_t> cells_glb(const Cells &cells)
     std::array<float, 3> low{}, high{};
     for (std::size_t c = 0; c < mesh.corners.size(); ++c)
         for (std::size_t a = 0; a < 3; ++a) {
-            const auto x = static_cast<float>(cells.voxel * static_cast<double>(mesh.corners[c][a] - cells.origin[a]));
+            const auto x =
+                static_cast<float>(cells.voxel * static_cast<double>(mesh.corners[c][a] - cells.origin[a]));
             low[a] = c ? std::min(low[a], x) : x;
             high[a] = c ? std::max(high[a], x) : x;
             append(binary, x);
@@ -180,8 +189,8 @@ std::vector<std::uint8_t> cells_glb(const Cells &cells)
         R"("bufferViews":[{{"buffer":0,"byteOffset":0,"byteLength":{},"target":34962}},{{"buffer":0,"byteOffset":{},"byteLength":{},"target":34963}}],)"
         R"("accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"VEC3","min":[{},{},{}],"max":[{},{},{}]}},)"
         R"({{"bufferView":1,"componentType":5125,"count":{},"type":"SCALAR"}}]}})",
-        at(0), at(1), at(2), positions + indices, positions, positions, indices, mesh.corners.size(), low[0], low[1], low[2], high[0],
-        high[1], high[2], 6 * mesh.quads.size());
+        at(0), at(1), at(2), positions + indices, positions, positions, indices, mesh.corners.size(), low[0],
+        low[1], low[2], high[0], high[1], high[2], 6 * mesh.quads.size());
     return glb_bytes(json, {reinterpret_cast<const std::uint8_t *>(binary.data()), binary.size()});
 }
 

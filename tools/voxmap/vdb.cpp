@@ -71,7 +71,10 @@ class MemoryBuffer : public std::streambuf {
     }
     pos_type seekoff(off_type off, std::ios_base::seekdir from, std::ios_base::openmode which) override
     {
-        return seekpos(off + (from == std::ios_base::beg ? 0 : from == std::ios_base::cur ? at_ : size_), which);
+        return seekpos(off + (from == std::ios_base::beg   ? 0
+                              : from == std::ios_base::cur ? at_
+                                                           : size_),
+                       which);
     }
     pos_type seekpos(pos_type to, std::ios_base::openmode) override
     {
@@ -93,8 +96,8 @@ struct MemoryArchive : openvdb::io::Archive {
     }
     /// As Archive::write() with all grids: `each(take)` makes one after another.
     template<typename EachGrid>
-    std::vector<std::uint8_t> bytes(std::int32_t grids, const EachGrid &each, const openvdb::MetaMap &metadata,
-                                    Progress &progress) const
+    std::vector<std::uint8_t> bytes(std::int32_t grids, const EachGrid &each,
+                                    const openvdb::MetaMap &metadata, Progress &progress) const
     {
         MemoryBuffer buffer(progress);
         std::ostream out(&buffer);
@@ -246,9 +249,7 @@ void each_vdb_grid(const Cells &cells, const Channels &channels, double unit_met
         const auto beyond = static_cast<float>(channels.distance_band / unit_metres);
         auto grid = channel_grid<openvdb::FloatGrid>(
             vdb_distance_grid, cells, origin, beyond, channels.unsigned_distance ? beyond : -beyond,
-            [&](std::size_t b, std::size_t c) {
-                return static_cast<float>(channels.distance[b][c] * step);
-            },
+            [&](std::size_t b, std::size_t c) { return static_cast<float>(channels.distance[b][c] * step); },
             progress);
         if (!channels.unsigned_distance) grid->setGridClass(openvdb::GRID_LEVEL_SET);
         take(std::move(grid));
@@ -290,8 +291,8 @@ std::vector<std::uint8_t> vdb_bytes(const Cells &cells, const Sha256 &source_has
             },
             &progress);
     };
-    std::vector<std::uint8_t> bytes =
-        MemoryArchive().bytes(1 + !channels.layer.empty() + !channels.distance.empty(), each, metadata, progress);
+    std::vector<std::uint8_t> bytes = MemoryArchive().bytes(
+        1 + !channels.layer.empty() + !channels.distance.empty(), each, metadata, progress);
     const std::string uuid = content_uuid(bytes, &progress);
     std::copy(uuid.begin(), uuid.end(), bytes.begin() + uuid_offset);
     return bytes;

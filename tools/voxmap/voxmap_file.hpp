@@ -22,8 +22,8 @@ struct VoxmapFile {
 /// The same bytes for the same cells: a brick without surface that a voxmap without channels may not hold
 /// (all free, all interior) becomes a uniform entry, and the box is the smallest. Trusts the counts and the
 /// box of `cells` (recount()). The distance band becomes 32767 steps exactly (M210, M402). Throws
-/// Failure(requirement) for cells beyond the limits of the format or without surface. `progress`, if given, is asked
-/// whether to go on. A file that is moved in costs less memory: each part goes once it is written.
+/// Failure(requirement) for cells beyond the limits of the format or without surface. `progress`, if given,
+/// is asked whether to go on. A file that is moved in costs less memory: each part goes once it is written.
 std::vector<std::uint8_t> voxmap_bytes(VoxmapFile file, Progress *progress = nullptr);
 
 /// Reads and checks every rule through the runtime's own reader. Throws Failure(invalid) with rule id,

@@ -134,9 +134,9 @@ VXS_API vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_con
 VXS_API uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_device_command *command,
                                 vxs_servo_trace *trace);
 
-/* For people: the stages that a tick can have, from number 0 on in order of execution. *effect: the kind that puts it
- * there, 0 for one that is always there; *reads: what it goes by. Returns its name, NULL at the end. Ownership: static.
- * Thread: any, rt-safe. */
+/* For people: the stages that a tick can have, from number 0 on in order of execution. *effect: the kind that
+ * puts it there, 0 for one that is always there; *reads: what it goes by. Returns its name, NULL at the end.
+ * Ownership: static. Thread: any, rt-safe. */
 VXS_API const char *vxs_servo_stage_at(uint32_t index, uint32_t *effect, const char **reads);
 
 /* Ends a FAULT: the next tick starts as if the device had just been armed.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Against an oracle that forms every pair's intersection in exact numbers and asks whether it is more than the vertex
-// or the edge that both have.
+// Against an oracle that forms every pair's intersection in exact numbers and asks whether it is more than
+// the vertex or the edge that both have.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include "mesh/intersections.hpp"
 
@@ -104,7 +104,8 @@ TEST_CASE("random soups, on a coarse grid too, for any number of threads")
                 for (double &x : p) x = std::round(x * 5);
         m.triangles.erase(std::remove_if(m.triangles.begin(), m.triangles.end(),
                                          [&](const Triangle &t) {
-                                             return zero_area(m.vertices[t[0]], m.vertices[t[1]], m.vertices[t[2]]);
+                                             return zero_area(m.vertices[t[0]], m.vertices[t[1]],
+                                                              m.vertices[t[2]]);
                                          }),
                           m.triangles.end());
         const std::uint64_t count = found(m);
@@ -126,14 +127,16 @@ TEST_CASE("hard meshes")
 {
     const std::filesystem::path folder = std::filesystem::path(VXS_TEST_DATA) / "hard";
     if (!std::filesystem::exists(folder)) return;
-    for (const char *name : {"three_cubes_overlapping.stl", "trimesh_soup.stl", "thingi10k_100827.stl", "thingi10k_69166.stl",
-                             "thingi10k_49886.stl", "trimesh_shared_edge.STL", "thingi10k_68435.stl"}) {
+    for (const char *name :
+         {"three_cubes_overlapping.stl", "trimesh_soup.stl", "thingi10k_100827.stl", "thingi10k_69166.stl",
+          "thingi10k_49886.stl", "trimesh_shared_edge.STL", "thingi10k_68435.stl"}) {
         ImportOptions options;
         options.unit = 1.0;
         Mesh m = flatten(import_scene(folder / name, options));
         m.triangles.erase(std::remove_if(m.triangles.begin(), m.triangles.end(),
                                          [&](const Triangle &t) {
-                                             return zero_area(m.vertices[t[0]], m.vertices[t[1]], m.vertices[t[2]]);
+                                             return zero_area(m.vertices[t[0]], m.vertices[t[1]],
+                                                              m.vertices[t[2]]);
                                          }),
                           m.triangles.end());
         CAPTURE(name);

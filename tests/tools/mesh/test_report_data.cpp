@@ -28,7 +28,8 @@ std::uint64_t number(std::string_view text, std::string_view before, std::string
     for (std::size_t at = text.find(after); at != text.npos; at = text.find(after, at + 1)) {
         std::size_t first = at;
         while (first > 0 && text[first - 1] >= '0' && text[first - 1] <= '9') --first;
-        if (first < at && text.substr(0, first).ends_with(before)) return std::stoull(std::string(text.substr(first, at - first)));
+        if (first < at && text.substr(0, first).ends_with(before))
+            return std::stoull(std::string(text.substr(first, at - first)));
     }
     return 0;
 }
@@ -77,11 +78,12 @@ TEST_CASE("boundary and non-manifold edges, shells, closedness")
         REQUIRE(self.has_value());
         if (r.duplicate == 0) CHECK(*self >= cut);
         const std::string name = column[0].substr(column[0].find('/') + 1);
-        for (const char *same : {"three_cubes_overlapping.stl", "trimesh_soup.stl", "cgal_pig.stl", "assimp_Spider_binary.stl"})
+        for (const char *same :
+             {"three_cubes_overlapping.stl", "trimesh_soup.stl", "cgal_pig.stl", "assimp_Spider_binary.stl"})
             if (name == same) CHECK(*self == cut);
 
-        // A weld of 1e-6 of the diagonal leaves as many boundary edges as the other program's, which also lets
-        // shorter edges collapse.
+        // A weld of 1e-6 of the diagonal leaves as many boundary edges as the other program's, which also
+        // lets shorter edges collapse.
         if (found.find("left after a 1e-6") == std::string::npos) continue;
         Point low = mesh.vertices[0], high = low;
         for (const Point &p : mesh.vertices)

@@ -16,7 +16,8 @@ namespace {
 
 Progress silent;
 
-Mesh turned(std::vector<std::pair<double, double>> profile, int segments) // (radius, height), from below round to inside
+Mesh turned(std::vector<std::pair<double, double>> profile,
+            int segments) // (radius, height), from below round to inside
 {
     Mesh m;
     const auto n = static_cast<std::uint32_t>(segments);
@@ -81,11 +82,13 @@ TEST_CASE("a wedge runs out: shares follow its angle")
 {
     Mesh m; // a prism with the triangle (0,0) (10,0) (10,1) and height 10
     for (const double z : {0.0, 10.0})
-        for (const auto &[x, y] : {std::pair{0.0, 0.0}, {10.0, 0.0}, {10.0, 1.0}}) m.vertices.push_back({x, y, z});
+        for (const auto &[x, y] : {std::pair{0.0, 0.0}, {10.0, 0.0}, {10.0, 1.0}})
+            m.vertices.push_back({x, y, z});
     m.triangles = {{0, 2, 1}, {3, 4, 5}, {0, 1, 3}, {1, 4, 3}, {1, 2, 4}, {2, 5, 4}, {2, 0, 5}, {0, 3, 5}};
     const Thickness t = thickness(m, silent);
     const double slope = std::sqrt(101.0), area = 10 * 10 + 10 * slope + 10 + 10;
-    // On the base the wall is x / 10; on the slope, s from its edge, the ray leaves through the base at s / 10.
+    // On the base the wall is x / 10; on the slope, s from its edge, the ray leaves through the base at s
+    // / 10.
     const double share = (10 * 5 + 10 * 5) / area;
     CHECK(t.share_below(0.5) == doctest::Approx(share).epsilon(0.02));
     CHECK(t.thinnest < 0.05);

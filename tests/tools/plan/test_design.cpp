@@ -61,7 +61,8 @@ std::string refusal(const DesignInput &input, ExitCode code)
 Push push_of(const vxs_simulated_config &device, double speed, double on, double stiffness, double wall)
 {
     Push push{{}, {}, 1e-4, speed, wall, wall / 2};
-    for (double way = -0.02; way < 0.1; way += speed * device.sample_time) push.hand.push_back(std::min(way, on));
+    for (double way = -0.02; way < 0.1; way += speed * device.sample_time)
+        push.hand.push_back(std::min(way, on));
     while (static_cast<double>(push.hand.size()) * device.sample_time < 1.5) push.hand.push_back(on);
     for (double depth = 0; depth < wall; depth += push.step) push.force.push_back(stiffness * depth);
     return push;
@@ -289,7 +290,8 @@ TEST_CASE("a push is stopped where statics and energy say")
     // Slowly: the hand's spring against the contact.
     const Push slow = push_of(device, 0.02, 0.008, 1000, 0.05);
     const double balance = 0.008 * device.arm.stiffness / (device.arm.stiffness + 1000);
-    CHECK(stop_push(slow, device, none).device == doctest::Approx(balance).epsilon(0.25)); // it overshoots a little
+    CHECK(stop_push(slow, device, none).device ==
+          doctest::Approx(balance).epsilon(0.25)); // it overshoots a little
     CHECK(stop_push(slow, device, none).device > balance * 0.99);
     CHECK(stop_push(slow, device, none).body == stop_push(slow, device, none).device);
     // A body on a spring: contact holds it where spring and contact have the same force.
@@ -300,7 +302,8 @@ TEST_CASE("a push is stopped where statics and energy say")
     CHECK(held.body == doctest::Approx(held.device * 400 / 1400).epsilon(0.01));
     // Through a wall that is thinner than that: nothing stands behind it.
     CHECK(stop_push(push_of(device, 0.02, 0.008, 10, 0.004), device, none).device > 0.0078);
-    // The peak force at once takes the hand's and the device's energy in peak less what the hand pushes, and a sample or two more.
+    // The peak force at once takes the hand's and the device's energy in peak less what the hand pushes, and
+    // a sample or two more.
     const Push fast = push_of(device, 0.3, 0.1, 1000, 0.2);
     const double best = stop_at_best(fast, device), mass = device.profile.mass + device.arm.mass;
     CHECK(best > 0.5 * mass * 0.09 / (device.profile.peak_force + 5));
@@ -339,16 +342,20 @@ TEST_CASE("a design without a kind takes pt2 where that stops the push, else wha
 
     input.stiffness = 1000;
     input.pushes.clear();
-    CHECK(design_coupling(input).chosen == "quasi-static, since nothing is known of what pt2 would have to stop");
+    CHECK(design_coupling(input).chosen ==
+          "quasi-static, since nothing is known of what pt2 would have to stop");
 
     SceneFile scene;
     scene.design = true;
     scene.coupling = CouplingKind::designed;
     scene.assume = "hand";
-    const SceneContact thick{[] { return ContactStiffness{1000, "stated"}; },
+    const SceneContact thick{[] {
+                                 return ContactStiffness{1000, "stated"};
+                             },
                              [&] { return std::vector{push_of(device, 0.1, 0.008, 1000, 0.05)}; }};
     CHECK(scene_coupling(scene, input.device, thick).config.kind == VXS_COUPLING_PT2);
-    const SceneContact thin{thick.stiffness, [&] { return std::vector{push_of(device, 0.1, 0.008, 1000, 0.003)}; }};
+    const SceneContact thin{thick.stiffness,
+                            [&] { return std::vector{push_of(device, 0.1, 0.008, 1000, 0.003)}; }};
     CHECK(scene_coupling(scene, input.device, thin).text.starts_with("quasi-static 800 N/m (auto)"));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Normals lead into the solid, at edges and rims too: a short step along a point's normal ends inside, short beside
-// what the solid is thick there. Plates, blades and prisms, for which half-spaces tell what is inside.
+// Normals lead into the solid, at edges and rims too: a short step along a point's normal ends inside, short
+// beside what the solid is thick there. Plates, blades and prisms, for which half-spaces tell what is inside.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include "rules.hpp"
 #include "solids.hpp"
@@ -69,7 +69,10 @@ struct Prism {
     }
 
     /// In the outline's frame.
-    Point own(const Point &p) const { return turned_back({p[0] - shift[0], p[1] - shift[1], p[2] - shift[2]}); }
+    Point own(const Point &p) const
+    {
+        return turned_back({p[0] - shift[0], p[1] - shift[1], p[2] - shift[2]});
+    }
 
     bool holds(const Point &p) const
     {
@@ -93,7 +96,8 @@ double inwards(const Prism &prism, const Judge &judge)
     check_rules(m);
     std::size_t in = 0;
     for (const ShellPoint &p : m.shell.points)
-        in += judge(prism, {p.position[0], p.position[1], p.position[2]}, {p.normal[0], p.normal[1], p.normal[2]});
+        in += judge(prism, {p.position[0], p.position[1], p.position[2]},
+                    {p.normal[0], p.normal[1], p.normal[2]});
     return static_cast<double>(in) / static_cast<double>(m.shell.points.size());
 }
 
@@ -111,17 +115,19 @@ double worst(const Outline &outline, double length, const Judge &judge)
     const auto any = [&] { return std::uniform_real_distribution<double>(0, 1)(random); };
     double least = 1;
     for (int k = 0; k < 12; ++k)
-        least = std::min(least, inwards({outline, length, random_turn(random), {any(), any(), any()}}, judge));
+        least =
+            std::min(least, inwards({outline, length, random_turn(random), {any(), any(), any()}}, judge));
     const double places[4]{0, 0x1p-16, 1 - 0x1p-16, 0.4};
     for (int x = 0; x < 4; ++x)
         for (int y = 0; y < 4; ++y)
             least = std::min(
-                least, inwards({outline, length, unturned, {places[x], places[y], places[(x + y) % 4]}}, judge));
+                least,
+                inwards({outline, length, unturned, {places[x], places[y], places[(x + y) % 4]}}, judge));
     return least;
 }
 
-/// On a sharp edge no way along either side's normal stays inside, however short. One point for each side, as METHOD
-/// section 2 wants it, leads in through its own, and not away from the solid.
+/// On a sharp edge no way along either side's normal stays inside, however short. One point for each side, as
+/// METHOD section 2 wants it, leads in through its own, and not away from the solid.
 bool on_edge_inwards(const Prism &prism, const Point &from, const Point &normal)
 {
     using Flat = std::array<double, 2>;
@@ -167,12 +173,14 @@ TEST_CASE("blades: every point, and on the edge itself the normal is the inward 
     for (const double degrees : {1.0, 5.0, 20.0, 40.0, 60.0, 90.0}) {
         const double w = 12 * std::tan(degrees * std::numbers::pi / 360);
         CAPTURE(degrees);
-        const double share = worst({{0, 0}, {12, -w}, {12, w}}, 23, [](const Prism &prism, const Point &from, const Point &normal) {
-            // Convex: what leads out never comes in, so one of these steps is enough.
-            for (double step = 0.05; step > 1e-4; step /= 4)
-                if (leads(prism, from, normal, step)) return true;
-            return on_edge_inwards(prism, from, normal);
-        });
+        const double share = worst({{0, 0}, {12, -w}, {12, w}}, 23,
+                                   [](const Prism &prism, const Point &from, const Point &normal) {
+                                       // Convex: what leads out never comes in, so one of these steps is
+                                       // enough.
+                                       for (double step = 0.05; step > 1e-4; step /= 4)
+                                           if (leads(prism, from, normal, step)) return true;
+                                       return on_edge_inwards(prism, from, normal);
+                                   });
         MESSAGE("blade of ", degrees, " degrees: ", share);
         CHECK(share == 1);
     }

@@ -42,8 +42,8 @@ double distance(const ShellPoint &p, const ShellPoint &q)
     return std::sqrt(d2);
 }
 
-/// Whatever the part: a subset of the whole shell's points, unmoved; the same area; and its own account is right.
-/// Returns the largest distance of a point left out from the nearest kept one, found the slow way.
+/// Whatever the part: a subset of the whole shell's points, unmoved; the same area; and its own account is
+/// right. Returns the largest distance of a point left out from the nearest kept one, found the slow way.
 double check_thinned(const Made &whole, const Made &thin, double degrees)
 {
     const Shell &all = whole.shell, &few = thin.shell;
@@ -84,7 +84,8 @@ TEST_CASE("a large plane keeps about a quarter of its points, in rows")
     std::size_t before = 0, after = 0; // of the upper face, away from its rim
     const auto count = [](const Made &m, std::size_t &n) {
         for (const ShellPoint &p : m.shell.points) {
-            const bool inner = p.position[0] > 3 && p.position[0] < 37 && p.position[2] > 3 && p.position[2] < 37;
+            const bool inner =
+                p.position[0] > 3 && p.position[0] < 37 && p.position[2] > 3 && p.position[2] < 37;
             if (p.normal[1] > -0.999f || !inner) continue;
             ++n;
         }
@@ -95,7 +96,8 @@ TEST_CASE("a large plane keeps about a quarter of its points, in rows")
     CHECK(thin.shell.thinning.distance_max == doctest::Approx(std::sqrt(2.0)).epsilon(1e-5));
     CHECK(thin.shell.thinning.normal_max < 1e-3);
     for (const ShellPoint &p : thin.shell.points) // edges and corners stay as they are
-        CHECK((p.area <= 2.3f || std::abs(p.normal[0]) + std::abs(p.normal[1]) + std::abs(p.normal[2]) < 1.001f));
+        CHECK((p.area <= 2.3f ||
+               std::abs(p.normal[0]) + std::abs(p.normal[1]) + std::abs(p.normal[2]) < 1.001f));
 }
 
 TEST_CASE("a ball, a tilted box, a soup: the bounds hold, and a larger angle leaves fewer points")
@@ -131,7 +133,8 @@ TEST_CASE("the same bytes for any thread count, and clusters that are small")
         made.push_back(make_thin(mesh, 0.02, 5).shell);
     }
     REQUIRE(made[0].points.size() == made[1].points.size());
-    CHECK(std::memcmp(made[0].points.data(), made[1].points.data(), made[0].points.size() * sizeof(ShellPoint)) == 0);
+    CHECK(std::memcmp(made[0].points.data(), made[1].points.data(),
+                      made[0].points.size() * sizeof(ShellPoint)) == 0);
     CHECK(made[0].gap_max == made[1].gap_max);
     CHECK(made[0].thinning.distance_max == made[1].thinning.distance_max);
 
@@ -141,6 +144,7 @@ TEST_CASE("the same bytes for any thread count, and clusters that are small")
         sum += static_cast<double>(c.radius) / 0.01;
         largest = std::max(largest, static_cast<double>(c.radius) / 0.01);
     }
-    CHECK(sum / static_cast<double>(ball.shell.clusters.size()) < 6); // 64 cells of a plane: 5.7 at the least, less where it lies askew
+    CHECK(sum / static_cast<double>(ball.shell.clusters.size()) <
+          6); // 64 cells of a plane: 5.7 at the least, less where it lies askew
     CHECK(largest < 30);
 }

@@ -22,7 +22,7 @@ const std::string smallest = R"({"scene": "voxshell-scene/1", "voxel": "2mm", "s
 
 /// `text` as a file in a folder of its own.
 class Written {
-public:
+  public:
     explicit Written(const std::string &text)
     {
         char name[] = "/tmp/voxshell-scene-XXXXXX";
@@ -33,7 +33,7 @@ public:
     ~Written() { std::filesystem::remove_all(folder_); }
     std::filesystem::path path;
 
-private:
+  private:
     std::filesystem::path folder_;
 };
 
@@ -74,8 +74,8 @@ TEST_CASE("quantities are rounded once")
     CHECK(parse_quantity("1kHz", Dimension::frequency) == 1000.0);
     CHECK(parse_quantity("180deg", Dimension::angle) == std::numbers::pi);
     CHECK(parse_quantity("1N/mm", Dimension::stiffness) == 1000.0);
-    for (const char *bad : {"", "2", "mm", "2 m m", "2mm ", " 2mm", "2kg", "nanmm", "infm", "1e400m", "1e99999999999mm",
-                            "0x10mm", "2MM", "+2mm"}) {
+    for (const char *bad : {"", "2", "mm", "2 m m", "2mm ", " 2mm", "2kg", "nanmm", "infm", "1e400m",
+                            "1e99999999999mm", "0x10mm", "2MM", "+2mm"}) {
         CAPTURE(bad);
         CHECK_FALSE(parse_quantity(bad, Dimension::length));
     }
@@ -115,9 +115,8 @@ TEST_CASE("the samples are scenes")
 
 TEST_CASE("the hand goes straight, turns and rests")
 {
-    const SceneFile scene = read(with(
-        R"([{"t": "0s", "position": ["75mm", "40mm", "0mm"]}])",
-        R"([{"t": "1s", "position": ["1m", "2m", "0m"]},
+    const SceneFile scene = read(with(R"([{"t": "0s", "position": ["75mm", "40mm", "0mm"]}])",
+                                      R"([{"t": "1s", "position": ["1m", "2m", "0m"]},
             {"t": "2s", "position": ["3m", "2m", "0m"], "rotation": [0, 0, 2, 2]},
             {"t": "4s", "turn": {"about": ["0m", "2m", "0m"], "axis": [0, 5, 0], "angle": "180deg"}}])"));
     const auto near = [](const Point &a, const Point &b) {
@@ -137,9 +136,12 @@ TEST_CASE("the hand goes straight, turns and rests")
 
 TEST_CASE("couplings take their own keys only")
 {
-    const auto coupled = [](const std::string &text) { return with("\"hand\"", "\"coupling\": " + text + ", \"hand\""); };
+    const auto coupled = [](const std::string &text) {
+        return with("\"hand\"", "\"coupling\": " + text + ", \"hand\"");
+    };
     CHECK(read(coupled(R"({"kind": "none"})")).coupling == CouplingKind::none);
-    const SceneFile scene = read(coupled(R"({"kind": "spring-damper", "stiffness": "2N/mm", "mass": "50g", "damping": 0.7})"));
+    const SceneFile scene =
+        read(coupled(R"({"kind": "spring-damper", "stiffness": "2N/mm", "mass": "50g", "damping": 0.7})"));
     CHECK(scene.spring_stiffness == 2000);
     CHECK(scene.mass == 0.05);
     CHECK(scene.damping == 0.7);
@@ -150,7 +152,8 @@ TEST_CASE("couplings take their own keys only")
     CHECK(physical.physical_gain);
     CHECK(physical.prewarp);
     CHECK(physical.viscosity == 10);
-    const SceneFile still = read(coupled(R"({"kind": "quasi-static", "stiffness": "1N/mm", "radius": "3cm", "evaluations": 2})"));
+    const SceneFile still =
+        read(coupled(R"({"kind": "quasi-static", "stiffness": "1N/mm", "radius": "3cm", "evaluations": 2})"));
     CHECK(still.coupling == CouplingKind::quasi_static);
     CHECK(still.radius == 0.03);
     CHECK(still.evaluations == 2);
@@ -158,32 +161,45 @@ TEST_CASE("couplings take their own keys only")
     CHECK(designed.design);
     CHECK(designed.assume == "hand");
     CHECK(read(coupled(R"({"kind": "quasi-static", "design": "auto"})")).assume.empty());
-    const SceneFile any = read(coupled(R"({"design": "auto", "assume": "pen", "prewarp": true, "radius": "1cm", "evaluations": 1})"));
+    const SceneFile any = read(coupled(
+        R"({"design": "auto", "assume": "pen", "prewarp": true, "radius": "1cm", "evaluations": 1})"));
     CHECK(any.coupling == CouplingKind::designed);
     CHECK(any.design);
     CHECK(any.assume == "pen");
     CHECK(any.prewarp);
     CHECK(any.radius == 0.01);
     CHECK(any.evaluations == 1);
-    CHECK(refusal(coupled(R"({"design": "auto", "stiffness": "1N/m"})")).starts_with("/coupling/stiffness: unknown key"));
+    CHECK(refusal(coupled(R"({"design": "auto", "stiffness": "1N/m"})"))
+              .starts_with("/coupling/stiffness: unknown key"));
     CHECK(refusal(coupled(R"({"assume": "hand"})")) == "/coupling: lacks \"kind\"");
-    CHECK(refusal(coupled(R"({"kind": "designed", "design": "auto"})")).starts_with("/coupling/kind: \"designed\" is not none, pt2"));
-    CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "frequency": "5Hz"})")).starts_with("/coupling/frequency: unknown key"));
-    CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "assume": "foot"})")).starts_with("/coupling/assume: \"foot\" is not free, pen"));
-    CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 1, "prewarp": 1})")) == "/coupling/prewarp: must be true or false");
-    CHECK(refusal(coupled(R"({"kind": "pt2", "mass": "1kg", "stiffness": "1N/m"})")) == "/coupling: lacks \"viscosity\"");
+    CHECK(refusal(coupled(R"({"kind": "designed", "design": "auto"})"))
+              .starts_with("/coupling/kind: \"designed\" is not none, pt2"));
+    CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "frequency": "5Hz"})"))
+              .starts_with("/coupling/frequency: unknown key"));
+    CHECK(refusal(coupled(R"({"kind": "pt2", "design": "auto", "assume": "foot"})"))
+              .starts_with("/coupling/assume: \"foot\" is not free, pen"));
+    CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 1, "prewarp": 1})")) ==
+          "/coupling/prewarp: must be true or false");
+    CHECK(refusal(coupled(R"({"kind": "pt2", "mass": "1kg", "stiffness": "1N/m"})")) ==
+          "/coupling: lacks \"viscosity\"");
     CHECK(refusal(coupled(R"({"kind": "quasi-static", "stiffness": "1N/m", "evaluations": 4})")) ==
           "/coupling/evaluations: must be 1, 2 or 3");
-    CHECK(refusal(coupled(R"({"kind": "spring-damper", "stiffness": "1N/m", "mass": "1g", "damping": 1, "design": "auto"})"))
-              .starts_with("/coupling/design: unknown key"));
-    CHECK(refusal(coupled(R"({"kind": "none", "damping": 1})")).starts_with("/coupling/damping: unknown key"));
+    CHECK(
+        refusal(
+            coupled(
+                R"({"kind": "spring-damper", "stiffness": "1N/m", "mass": "1g", "damping": 1, "design": "auto"})"))
+            .starts_with("/coupling/design: unknown key"));
+    CHECK(
+        refusal(coupled(R"({"kind": "none", "damping": 1})")).starts_with("/coupling/damping: unknown key"));
     CHECK(refusal(coupled(R"({"kind": "pt2", "damping": 1})")) == "/coupling: lacks \"frequency\"");
-    CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 0})")) == "/coupling/damping: must be above zero");
+    CHECK(refusal(coupled(R"({"kind": "pt2", "frequency": "5Hz", "damping": 0})")) ==
+          "/coupling/damping: must be above zero");
 }
 
 TEST_CASE("parts")
 {
-    const SceneFile scene = read(with(R"({"file": "cup.glb"})", R"({"file": "a/cup.stl", "unit": "mm", "up": "z",
+    const SceneFile scene =
+        read(with(R"({"file": "cup.glb"})", R"({"file": "a/cup.stl", "unit": "mm", "up": "z",
         "pose": {"position": ["1mm", "0m", "0m"], "rotation": [1, 0, 0, 1]}})"));
     CHECK(scene.statics[0].import.unit == 0.001);
     CHECK(scene.statics[0].import.z_up);
@@ -193,7 +209,9 @@ TEST_CASE("parts")
 
 TEST_CASE("guards: safe by default, a list replaces them")
 {
-    const auto guarded = [](const std::string &list) { return with("\"hand\"", "\"guards\": " + list + ", \"hand\""); };
+    const auto guarded = [](const std::string &list) {
+        return with("\"hand\"", "\"guards\": " + list + ", \"hand\"");
+    };
     const auto find = [](const SceneFile &scene, std::uint32_t kind) -> const SceneEffect * {
         for (const SceneEffect &effect : scene.effects) {
             if (effect.effect.kind == kind) return &effect;
@@ -211,7 +229,8 @@ TEST_CASE("guards: safe by default, a list replaces them")
     CHECK(find(scene, VXS_EFFECT_SLEW)->effect.as.slew.force == 0);
     CHECK(find(scene, VXS_EFFECT_PASSIVITY)->said == 0);
     CHECK(find(scene, VXS_EFFECT_PASSIVITY)->effect.as.passivity.least_speed == 0.001);
-    scene = read(guarded(R"([{"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"}, {"kind": "soft-start", "time": "200ms"},
+    scene = read(guarded(
+        R"([{"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"}, {"kind": "soft-start", "time": "200ms"},
         {"kind": "passivity", "most_damping": "3Ns/m", "radius": "20mm", "delay": 2}, {"kind": "start-inside"}])"));
     CHECK(find(scene, VXS_EFFECT_START_INSIDE));
     CHECK(find(scene, VXS_EFFECT_SOFT_START)->effect.as.soft_start.time == 0.2);
@@ -223,27 +242,35 @@ TEST_CASE("guards: safe by default, a list replaces them")
     CHECK(passivity.effect.as.passivity.delay == 2);
     CHECK(passivity.place == "/guards/2");
     CHECK(passivity.said == 0b1101u);
-    CHECK(refusal(guarded(R"([{"kind": "slow-start"}])")).starts_with("/guards/0/kind: \"slow-start\" is not "));
+    CHECK(refusal(guarded(R"([{"kind": "slow-start"}])"))
+              .starts_with("/guards/0/kind: \"slow-start\" is not "));
     CHECK(refusal(guarded(R"([{}])")) == "/guards/0: lacks \"kind\"");
-    CHECK(refusal(guarded(R"([{"kind": "soft-start"}, {"kind": "soft-start"}])")) == "/guards/1/kind: is there already");
-    CHECK(refusal(guarded(R"([{"kind": "start-inside", "time": "1s"}])")).starts_with("/guards/0/time: unknown key"));
+    CHECK(refusal(guarded(R"([{"kind": "soft-start"}, {"kind": "soft-start"}])")) ==
+          "/guards/1/kind: is there already");
+    CHECK(refusal(guarded(R"([{"kind": "start-inside", "time": "1s"}])"))
+              .starts_with("/guards/0/time: unknown key"));
     CHECK(refusal(guarded(R"([{"kind": "slew", "force": "2N"}])")) ==
           "/guards/0/force: \"2N\" is not a number with a unit of N/s or N/ms");
-    CHECK(refusal(guarded(R"([{"kind": "soft-start", "time": "-1s"}])")) == "/guards/0/time: must be 0s to 3600s");
+    CHECK(refusal(guarded(R"([{"kind": "soft-start", "time": "-1s"}])")) ==
+          "/guards/0/time: must be 0s to 3600s");
     CHECK(refusal(guarded(R"([{"kind": "passivity", "damping": "1Ns/m"}])")) ==
           "/guards/0/damping: unknown key; did you mean \"most_damping\"?");
     CHECK(refusal(guarded(R"([{"kind": "passivity", "most_damping": "0Ns/m"}])")) ==
           "/guards/0/most_damping: must be 1e-12Ns/m to 1e+12Ns/m");
     CHECK(refusal(guarded(R"({"kind": "slew"})")).starts_with("/guards: must be a list"));
-    const auto effects = [](const std::string &list) { return with("\"hand\"", "\"effects\": " + list + ", \"hand\""); };
-    CHECK(refusal(effects(R"([{"kind": "slew"}])")) == "/effects/0/kind: is a guard: it belongs into \"guards\"");
+    const auto effects = [](const std::string &list) {
+        return with("\"hand\"", "\"effects\": " + list + ", \"hand\"");
+    };
+    CHECK(refusal(effects(R"([{"kind": "slew"}])")) ==
+          "/effects/0/kind: is a guard: it belongs into \"guards\"");
     CHECK(refusal(effects(R"([{"kind": 7}])")).starts_with("/effects/0/kind: must be "));
 }
 
 TEST_CASE("a scene can say each constant of each kind, by default value, and not what is beyond its range")
 {
     for (std::uint32_t n = 0, kind; (kind = vxs_effect_kind_at(n)) != 0; ++n) {
-        const std::string list = vxs_effect_is_guard(kind) ? "guards" : "effects", name = vxs_effect_kind_name(kind);
+        const std::string list = vxs_effect_is_guard(kind) ? "guards" : "effects",
+                          name = vxs_effect_kind_name(kind);
         std::uint32_t count = 0;
         const vxs_effect_constant *constants = vxs_effect_constants(kind, &count);
         for (std::uint32_t c = 0; c < count; ++c) {
@@ -258,13 +285,16 @@ TEST_CASE("a scene can say each constant of each kind, by default value, and not
                 return unit.empty() ? fmt::format("{}", x) : fmt::format("\"{}{}\"", x, constants[at].unit);
             };
             const auto scene = [&](double x) {
-                const std::string said = is_vector ? fmt::format("[{}, {}, {}]", value(x, c), value(constants[c + 1].standard, c + 1),
+                const std::string said = is_vector ? fmt::format("[{}, {}, {}]", value(x, c),
+                                                                 value(constants[c + 1].standard, c + 1),
                                                                  value(constants[c + 2].standard, c + 2))
                                                    : value(x, c);
-                std::string text = with("\"hand\"", fmt::format(R"("{}": [{{"kind": "{}", "{}": {}}}], "hand")", list, name,
-                                                                is_vector ? key.substr(0, key.size() - 2) : key, said));
+                std::string text =
+                    with("\"hand\"", fmt::format(R"("{}": [{{"kind": "{}", "{}": {}}}], "hand")", list, name,
+                                                 is_vector ? key.substr(0, key.size() - 2) : key, said));
                 const std::string still = R"({"file": "cup.glb"})";
-                const std::string goes = R"(, {"file": "a.glb", "path": [{"t": "0s", "position": ["0m", "0m", "0m"]}]})";
+                const std::string goes =
+                    R"(, {"file": "a.glb", "path": [{"t": "0s", "position": ["0m", "0m", "0m"]}]})";
                 return kind == VXS_EFFECT_MOTION ? text.insert(text.find(still) + still.size(), goes) : text;
             };
             const SceneFile read_back = read(scene(constants[c].standard));
@@ -297,7 +327,8 @@ TEST_CASE("every refusal names the place and the fix")
     CHECK(refusal(with("\"t\": \"0s\", ", "")) == "/hand/path/0: lacks \"t\"");
     CHECK(refusal(with("\"2mm\"", "2")) ==
           "/voxel: must be a number with its unit in quotes (m, cm, mm, um or in)");
-    CHECK(refusal(with("\"2mm\"", "\"2s\"")) == "/voxel: \"2s\" is not a number with a unit of m, cm, mm, um or in");
+    CHECK(refusal(with("\"2mm\"", "\"2s\"")) ==
+          "/voxel: \"2s\" is not a number with a unit of m, cm, mm, um or in");
     CHECK(refusal(with("\"2mm\"", "\"0mm\"")) == "/voxel: must be above zero");
     CHECK(refusal(with("\"0mm\"", "\"0Hz\"")) ==
           "/hand/path/0/position/2: \"0Hz\" is not a number with a unit of m, cm, mm, um or in");
@@ -311,12 +342,15 @@ TEST_CASE("every refusal names the place and the fix")
     CHECK(refusal(with("\"hand\"", R"("contact": {"law": "patches", "stiffness": "1N/m"}, "hand")")) ==
           "/contact/law: \"patches\" is not original, average, patch or gradient");
     for (const char *field : {"surface", "layers"}) {
-        CHECK(refusal(with("\"hand\"", R"("contact": {"law": "gradient", "stiffness": "1N/m", "field": ")" + std::string(field) + R"("}, "hand")")) ==
-              "/contact/field: law gradient takes its direction from field distance; original, average and patch work with any field");
+        CHECK(refusal(with("\"hand\"", R"("contact": {"law": "gradient", "stiffness": "1N/m", "field": ")" +
+                                           std::string(field) + R"("}, "hand")")) ==
+              "/contact/field: law gradient takes its direction from field distance; original, average and "
+              "patch work with any field");
     }
     CHECK(refusal(with("\"hand\"", R"("contact": {"weighting": "area", "stiffness": "1N/m"}, "hand")")) ==
           "/contact/stiffness: \"1N/m\" is not a number with a unit of N/m^3 or N/mm^3");
-    CHECK(refusal(with("\"hand\"", R"("voxel": "1mm", "hand")")) == "key \"voxel\" occurs twice in one object");
+    CHECK(refusal(with("\"hand\"", R"("voxel": "1mm", "hand")")) ==
+          "key \"voxel\" occurs twice in one object");
     CHECK(refusal(with("\"position\": [\"75mm\", \"40mm\", \"0mm\"]",
                        R"("turn": {"about": ["0m", "0m", "0m"], "axis": [0, 1, 0], "angle": "1deg"})"))
               .starts_with("/hand/path/0/turn: "));

@@ -24,7 +24,8 @@ double volume(const Mesh &mesh)
     double sum = 0;
     for (const Triangle &t : mesh.triangles) {
         const Point &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-        sum += a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+        sum += a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+               a[2] * (b[0] * c[1] - b[1] * c[0]);
     }
     return sum / 6;
 }
@@ -49,13 +50,14 @@ TEST_CASE("closed, outward, as large as they should be")
     const struct {
         Mesh mesh;
         double volume;
-    } all[] = {{ball(2), 32 * pi / 3},
-               {cylinder(3, 2), 36 * pi},
-               {cup(40, 34, 80, 6), pi * (40 * 40 * 80 - 34 * 34 * 74)},
-               {holed_block(10, 20, 20), pi * 300 * 20},
-               {slab(10, 3, 4), 1600},
-               {groove(pi / 3, 50, 15, 12), 30 * (2 * (50 / std::sqrt(3) + 12) * 62 - 50 * 50 / std::sqrt(3))},
-               {tilted(slab(10, 3, 4)), 1600}};
+    } all[] = {
+        {ball(2), 32 * pi / 3},
+        {cylinder(3, 2), 36 * pi},
+        {cup(40, 34, 80, 6), pi * (40 * 40 * 80 - 34 * 34 * 74)},
+        {holed_block(10, 20, 20), pi * 300 * 20},
+        {slab(10, 3, 4), 1600},
+        {groove(pi / 3, 50, 15, 12), 30 * (2 * (50 / std::sqrt(3) + 12) * 62 - 50 * 50 / std::sqrt(3))},
+        {tilted(slab(10, 3, 4)), 1600}};
     for (const auto &each : all) {
         CHECK(is_closed(each.mesh));
         CHECK(volume(each.mesh) == Approx(each.volume).epsilon(1e-3));
@@ -79,7 +81,8 @@ TEST_CASE("the table: every scenario has its own id, what it compares, and one b
             }
         }
     }
-    for (const char *id : {"fig8a", "fig8b", "fig8c", "fig8d", "fig9a", "fig9b", "fig11", "fig12a", "fig12b", "fig12c", "fig12d", "wedge", "peg", "wall"}) {
+    for (const char *id : {"fig8a", "fig8b", "fig8c", "fig8d", "fig9a", "fig9b", "fig11", "fig12a", "fig12b",
+                           "fig12c", "fig12d", "wedge", "peg", "wall"}) {
         CHECK(ids.count(id) == 1);
     }
 }
@@ -94,7 +97,8 @@ TEST_CASE("a path keeps its depth")
             const Path::Step step = path.at(tick);
             const double *p = step.pose.position;
             const double high = std::string(id) == "fig9a" ? std::hypot(p[0], p[1]) - 30e-3
-                                                           : p[0] * step.axes[0][0] + p[1] * step.axes[0][1] + p[2] * step.axes[0][2];
+                                                           : p[0] * step.axes[0][0] + p[1] * step.axes[0][1] +
+                                                                 p[2] * step.axes[0][2];
             CHECK(20e-3 - high == Approx(0.5e-3).epsilon(1e-9));
             const Point frame = along(step, step.axes[1].data());
             CHECK(frame[1] == Approx(1));
@@ -116,7 +120,8 @@ TEST_CASE("degenerate is what lies along the grid, and nothing else")
     CHECK(is_degenerate(step));
     std::copy_n(bit, 4, step.pose.orientation);
     CHECK_FALSE(is_degenerate(step));
-    for (const char *id : {"fig8a", "fig8c", "fig9a", "control9-turned"}) CHECK_FALSE(is_degenerate(first(id)));
+    for (const char *id : {"fig8a", "fig8c", "fig9a", "control9-turned"})
+        CHECK_FALSE(is_degenerate(first(id)));
 }
 
 TEST_CASE("pressed into the groove, the ideal force leads up, and aslant where one wall is nearer")

@@ -17,14 +17,16 @@ namespace {
 
 constexpr double pi = std::numbers::pi, rate = 1000;
 
-/// Three seconds: 2 N along the normal and a ripple, a constant and a turning force across, a step in each second.
+/// Three seconds: 2 N along the normal and a ripple, a constant and a turning force across, a step in each
+/// second.
 std::vector<ForceSample> known()
 {
     std::vector<ForceSample> samples(3000);
     for (std::size_t n = 0; n < samples.size(); ++n) {
         const double t = static_cast<double>(n) / rate;
         ForceSample &s = samples[n];
-        s.force = {2 + 0.2 * std::sin(2 * pi * 20 * t), 0.3 + 0.4 * std::cos(2 * pi * 50 * t), 0.4 * std::sin(2 * pi * 50 * t)};
+        s.force = {2 + 0.2 * std::sin(2 * pi * 20 * t), 0.3 + 0.4 * std::cos(2 * pi * 50 * t),
+                   0.4 * std::sin(2 * pi * 50 * t)};
         s.ideal_force = {1, 0, 0};
         s.points = 10 + static_cast<std::uint32_t>(n % 3);
     }
@@ -53,7 +55,8 @@ TEST_CASE("shares of a known force")
     CHECK(m.above_100 == Approx(0).epsilon(1e-9));
     CHECK(m.at_crossing == Approx(0.16 / 0.18));
     CHECK(m.swing_above_10 == Approx(std::sqrt(0.18) / 2));
-    CHECK(force_metrics(known(), rate, 0.02, 50, false).swing_above_10 == Approx(std::sqrt(0.18) / 2).epsilon(0.01)); // windowed
+    CHECK(force_metrics(known(), rate, 0.02, 50, false).swing_above_10 ==
+          Approx(std::sqrt(0.18) / 2).epsilon(0.01)); // windowed
     CHECK(m.torque_size == 0);
     // 0.4 N turning by 18 degrees a tick, and the ripple: no more than 0.2 sin(2 pi 0.02).
     CHECK(m.jump >= 0.2 * 2 * std::sin(pi * 50 / rate) - 1e-9);
@@ -137,11 +140,14 @@ TEST_CASE("a coupling's answer to a step")
     CHECK(m.overshoot < 1e-6);
     CHECK(m.oscillation < 1e-6);
     // Late by 30 ms, 40 % too high at first, swinging at the end.
-    for (std::size_t n = 0; n < input.size(); ++n) input[n] = n < 200 ? 0 : 1 + 0.1 * std::sin(0.01 * static_cast<double>(n * n) / 300);
+    for (std::size_t n = 0; n < input.size(); ++n)
+        input[n] = n < 200 ? 0 : 1 + 0.1 * std::sin(0.01 * static_cast<double>(n * n) / 300);
     for (std::size_t n = 0; n < input.size(); ++n) output[n] = n < 30 ? 0 : input[n - 30];
     CHECK(response_metrics(input, output, rate).lag == Approx(0.03));
     for (std::size_t n = 0; n < output.size(); ++n) {
-        output[n] = n < 200 ? 0 : n < 210 ? 1.4 : 1 + 0.2 * std::sin(2 * pi * 10 * static_cast<double>(n) / rate);
+        output[n] = n < 200   ? 0
+                    : n < 210 ? 1.4
+                              : 1 + 0.2 * std::sin(2 * pi * 10 * static_cast<double>(n) / rate);
     }
     m = response_metrics(input, output, rate);
     CHECK(m.overshoot == Approx(0.4).epsilon(0.01));
@@ -152,7 +158,8 @@ TEST_CASE("a coupling's answer to a step")
 
 TEST_CASE("energy of a spring that comes late")
 {
-    // At once it gives back what it took; a tick late it gives more, by half k times the squares of the steps.
+    // At once it gives back what it took; a tick late it gives more, by half k times the squares of the
+    // steps.
     std::vector<Point> positions, forces;
     for (int n = 0; n <= 200; ++n) {
         const double depth = 0.001 * (n <= 100 ? n : 200 - n);
@@ -161,7 +168,8 @@ TEST_CASE("energy of a spring that comes late")
     }
     const double least = least_energy(positions, forces, 1);
     CHECK(least < 0);
-    // 100 N/m, 100 steps of 1 mm in and out, each force 1.5 steps old on the mean: 2 * 1.5 * 100 * 100 * 1e-6.
+    // 100 N/m, 100 steps of 1 mm in and out, each force 1.5 steps old on the mean: 2 * 1.5 * 100 * 100 *
+    // 1e-6.
     CHECK(least == Approx(-0.03).epsilon(0.03));
     for (Point &f : forces) f = {0, 1, 0};
     CHECK(least_energy(positions, forces, 1) == 0);

@@ -53,8 +53,9 @@ TEST_CASE("every number of the CSV reads back as the same double")
         values.push_back(value);
     }
     const TraceRow r = rows()[1];
-    const std::vector<double> expected{r.t, r.device[0], r.device[1], r.device[2], 1e22, -0.0, 5, -1e-9, 11, 12, 0.1, 0.2, 0.3,
-                                       4,   5,           6,           7,           8,    9,    42, 4294967295.0, -0.125};
+    const std::vector<double> expected{r.t, r.device[0], r.device[1],  r.device[2], 1e22, -0.0, 5, -1e-9, 11,
+                                       12,  0.1,         0.2,          0.3,         4,    5,    6, 7,     8,
+                                       9,   42,          4294967295.0, -0.125};
     CHECK(values == expected);
 }
 

@@ -84,8 +84,8 @@ double mesh_distance(const Mesh &mesh, const Point &p)
     return best;
 }
 
-/// Every cell (or each `stride`th along each axis, odd: in all places of a brick) of the box grown by `margin`
-/// against brute force; `inside` says the sign.
+/// Every cell (or each `stride`th along each axis, odd: in all places of a brick) of the box grown by
+/// `margin` against brute force; `inside` says the sign.
 template<class Inside>
 void check_distance(const Made &made, const Mesh &mesh, const Inside &inside, int margin = 6, int stride = 1)
 {
@@ -222,7 +222,8 @@ TEST_CASE("a band of many bricks, outside, inside and in a cavity; none is kept 
         check_kept(shell);
         const Made open = make(sheet, 0.001, false, {0, band});
         CHECK(open.channels.unsigned_distance);
-        check_distance(open, sheet, [](const Point &) { return false; }, margin, stride);
+        check_distance(
+            open, sheet, [](const Point &) { return false; }, margin, stride);
         check_kept(open);
         tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
         const Made single = make(hollow, 0.0011, true, {0, band});

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The .vdb: without loss, reproducible, readable by OpenVDB's own tools, and never the death of its reader.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
-#include "voxmap/vdb.hpp"
 #include "cli/failure.hpp"
 #include "voxmap/channels.hpp"
 #include "voxmap/classify.hpp"
+#include "voxmap/vdb.hpp"
 #include "voxmap/voxelize.hpp"
 #include "voxmap/voxmap_file.hpp"
 
@@ -24,7 +24,8 @@ using namespace voxshell;
 namespace {
 
 struct Folder {
-    std::filesystem::path path = std::filesystem::temp_directory_path() / ("voxshell_test_vdb." + std::to_string(getpid()));
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("voxshell_test_vdb." + std::to_string(getpid()));
     Folder() { std::filesystem::create_directories(path); }
     ~Folder() { std::filesystem::remove_all(path); }
     std::filesystem::path write(const char *name, const std::vector<std::uint8_t> &bytes) const
@@ -45,14 +46,16 @@ Cells cells_of(const Mesh &mesh, double voxel)
     return cells;
 }
 
-/// A box of whole cells from `low` to `high`, exclusive: surface on its six sides, interior within. Built without
-/// the voxeliser, so that it can be as large as memory forbids to fill.
+/// A box of whole cells from `low` to `high`, exclusive: surface on its six sides, interior within. Built
+/// without the voxeliser, so that it can be as large as memory forbids to fill.
 Cells box_of_cells(const Cell &low, const Cell &high, double voxel)
 {
     Cells cells;
     cells.voxel = voxel;
     for (int a = 0; a < 3; ++a) cells.origin[a] = (low[a] >> 6) * 64;
-    const auto depth = [&](int axis, std::int64_t at) { return at < low[axis] || at >= high[axis] ? 0 : at == low[axis] || at == high[axis] - 1 ? 1 : 2; };
+    const auto depth = [&](int axis, std::int64_t at) {
+        return at < low[axis] || at >= high[axis] ? 0 : at == low[axis] || at == high[axis] - 1 ? 1 : 2;
+    };
     BrickAt last{};
     for (int a = 0; a < 3; ++a) last[a] = static_cast<std::int32_t>((high[a] - 1 - cells.origin[a]) >> 3);
     for (std::int32_t i = 0; i <= last[0]; ++i)
@@ -71,10 +74,13 @@ Cells box_of_cells(const Cell &low, const Cell &high, double voxel)
                 first = -1;
                 bool any = false;
                 for (int c = 0; c < 512; ++c) {
-                    const int d = std::min({depth(0, corner[0] + (c >> 6)), depth(1, corner[1] + (c >> 3 & 7)), depth(2, corner[2] + (c & 7))});
+                    const int d =
+                        std::min({depth(0, corner[0] + (c >> 6)), depth(1, corner[1] + (c >> 3 & 7)),
+                                  depth(2, corner[2] + (c & 7))});
                     if (d == 0) continue;
                     any = true;
-                    (d == 1 ? brick.surface : brick.interior)[static_cast<std::size_t>(c >> 6)] |= std::uint64_t{1} << (c & 63);
+                    (d == 1 ? brick.surface : brick.interior)[static_cast<std::size_t>(c >> 6)] |=
+                        std::uint64_t{1} << (c & 63);
                 }
                 if (any) cells.bricks.push_back(brick);
             }
@@ -129,7 +135,10 @@ TEST_CASE("cells survive the way through a .vdb, and the bytes are the same each
     } parts[] = {
         {"a ball", solids::sphere({0, 0, 0}, 0.02), 0.0005},
         {"off the origin, odd voxel", solids::sphere({-1.7, 2.3, 0.4}, 0.02), 0.000377},
-        {"a hollow ball", solids::join(solids::sphere({0, 0, 0}, 0.03), solids::turned_inside_out(solids::sphere({0, 0, 0}, 0.02))), 0.001},
+        {"a hollow ball",
+         solids::join(solids::sphere({0, 0, 0}, 0.03),
+                      solids::turned_inside_out(solids::sphere({0, 0, 0}, 0.02))),
+         0.001},
         {"a plate on grid planes", solids::box({0, 0, 0}, {0.1, 0.001, 0.1}), 0.001},
         {"one cell", solids::box({0.1, 0.1, 0.1}, {0.2, 0.2, 0.2}), 1},
         {"small", solids::sphere({0, 0, 0}, 1e-6), 1e-7},
@@ -157,12 +166,15 @@ TEST_CASE("how the cells are held does not show in the bytes")
     REQUIRE(loose.solid.size() > 2);
     std::array<std::uint64_t, 8> all;
     all.fill(~0ull);
-    for (const SolidRun run : {loose.solid.back(), loose.solid.front()}) // bricks that are solid, bricks that are empty
-        for (std::int32_t k = run.first; k <= run.last; ++k) loose.bricks.push_back({{run.i, run.j, k}, {}, all});
+    for (const SolidRun run :
+         {loose.solid.back(), loose.solid.front()}) // bricks that are solid, bricks that are empty
+        for (std::int32_t k = run.first; k <= run.last; ++k)
+            loose.bricks.push_back({{run.i, run.j, k}, {}, all});
     loose.solid.pop_back();
     loose.solid.erase(loose.solid.begin());
     loose.bricks.push_back({{0, 0, 60}, {}, {}});
-    std::sort(loose.bricks.begin(), loose.bricks.end(), [](const Brick &a, const Brick &b) { return a.at < b.at; });
+    std::sort(loose.bricks.begin(), loose.bricks.end(),
+              [](const Brick &a, const Brick &b) { return a.at < b.at; });
     CHECK(vdb_bytes(loose, some_hash(), "{}") == vdb_bytes(cells, some_hash(), "{}"));
 }
 
@@ -186,7 +198,11 @@ TEST_CASE("channels survive as grids of their own")
     } parts[] = {
         {"both", solids::sphere({0.3, -0.2, 0.1}, 0.05), 0.001, {4, 3}},
         {"layers", solids::box({0, 0, 0}, {0.1, 0.02, 0.05}), 0.001, {8, 0}},
-        {"distance", solids::join(solids::sphere({0, 0, 0}, 0.03), solids::turned_inside_out(solids::sphere({0, 0, 0}, 0.02))), 0.001, {0, 7}},
+        {"distance",
+         solids::join(solids::sphere({0, 0, 0}, 0.03),
+                      solids::turned_inside_out(solids::sphere({0, 0, 0}, 0.02))),
+         0.001,
+         {0, 7}},
         {"tiny voxel", solids::sphere({0, 0, 0}, 1e-6), 5e-8, {2, 2}},
     };
     for (const auto &part : parts) {
@@ -196,7 +212,8 @@ TEST_CASE("channels survive as grids of their own")
         const BrickTriangles binned = bin_triangles(lattice, silent);
         Cells cells = cells_of(part.mesh, part.voxel);
         VoxmapFile map;
-        map.channels = make_channels(cells, lattice, binned, WindingNumber(part.mesh), true, part.request, silent);
+        map.channels =
+            make_channels(cells, lattice, binned, WindingNumber(part.mesh), true, part.request, silent);
         map.cells = cells;
         map.source_hash = some_hash();
         const auto packed = voxmap_bytes(map);
@@ -215,7 +232,9 @@ TEST_CASE("other content, other UUID")
 {
     Cells cells = box_of_cells({0, 0, 0}, {20, 20, 20}, 0.001);
     const auto bytes = vdb_bytes(cells, some_hash(), "{}");
-    const auto uuid = [](const std::vector<std::uint8_t> &b) { return std::string(b.begin() + 21, b.begin() + 57); };
+    const auto uuid = [](const std::vector<std::uint8_t> &b) {
+        return std::string(b.begin() + 21, b.begin() + 57);
+    };
     CHECK(uuid(bytes)[14] == '8');
     cells.closed = true;
     CHECK(uuid(vdb_bytes(cells, some_hash(), "{}")) != uuid(bytes));
@@ -234,7 +253,8 @@ TEST_CASE("solid cells cost their surface, not their volume")
     CHECK(bytes.size() < 24 * cells.surface_cells);
     const VdbFile back = read_vdb(folder.write("solid.vdb", bytes));
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    MESSAGE(cells.surface_cells, " surface cells, ", bytes.size(), " bytes, ", took.count(), " s there and back");
+    MESSAGE(cells.surface_cells, " surface cells, ", bytes.size(), " bytes, ", took.count(),
+            " s there and back");
     check_equal(cells, back.cells);
 }
 
@@ -259,7 +279,9 @@ TEST_CASE("a truncated file is refused, wherever it ends")
     const auto bytes = vdb_bytes(box_of_cells({0, 0, 0}, {40, 40, 40}, 0.001), some_hash(), "{}");
     for (std::size_t size = 0; size < bytes.size(); size += size < 1500 ? 37 : bytes.size() / 23) {
         CAPTURE(size);
-        CHECK(code_of(folder.write("cut.vdb", {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)})) == ExitCode::invalid);
+        CHECK(code_of(folder.write("cut.vdb",
+                                   {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)})) ==
+              ExitCode::invalid);
     }
 }
 
@@ -274,7 +296,8 @@ TEST_CASE("flipped bits never end in a crash or a hang of the caller")
         const int flips = 1 + trial % 4;
         // Headers, metadata and topology are in the first bytes: hit those most of the time.
         const std::size_t reach = trial % 3 ? std::min<std::size_t>(1400, bytes.size()) : bytes.size();
-        for (int f = 0; f < flips; ++f) damaged[8 + random() % (reach - 8)] ^= static_cast<std::uint8_t>(1u << random() % 8);
+        for (int f = 0; f < flips; ++f)
+            damaged[8 + random() % (reach - 8)] ^= static_cast<std::uint8_t>(1u << random() % 8);
         CAPTURE(trial);
         const ExitCode code = code_of(folder.write("flipped.vdb", damaged));
         CHECK((code == ExitCode::ok || code == ExitCode::invalid));

@@ -352,10 +352,12 @@ TEST_CASE("tiles without a leaf beside them have a surface too")
 
 TEST_CASE("a tile of 4096^3 samples costs its sides")
 {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // they multiply the reader's processor time
+#if !defined(__SANITIZE_ADDRESS__) &&                                                                        \
+    !defined(__SANITIZE_THREAD__) // they multiply the reader's processor time
     foreign::save_kind("tile-4096", folder / "tile.vdb");
     const VdbFile taken = take(folder / "tile.vdb", named("tile", false));
-    constexpr std::uint64_t side = 4096; // corners are samples: as of tile-8 and tile-128, n + 1 cells of n samples
+    constexpr std::uint64_t side =
+        4096; // corners are samples: as of tile-8 and tile-128, n + 1 cells of n samples
     CHECK(taken.cells.interior_cells == (side - 1) * (side - 1) * (side - 1));
     CHECK(taken.cells.surface_cells == 6 * side * side + 2);
 #endif

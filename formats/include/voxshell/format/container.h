@@ -36,7 +36,7 @@ enum {
 #define VXS_POINTSHELL_MAGIC "\x89VXP\r\n\x1a\n"
 #define VXS_PLAN_MAGIC "\x89VXL\r\n\x1a\n"
 
-#define VXS_SECTION_ID(a, b, c, d)                                                                 \
+#define VXS_SECTION_ID(a, b, c, d)                                                                           \
     ((uint32_t)(a) | (uint32_t)(b) << 8 | (uint32_t)(c) << 16 | (uint32_t)(d) << 24)
 
 /* META: UTF-8 JSON object, tool version, options, names. For people and for `inspect`;
@@ -60,7 +60,7 @@ typedef struct vxs_container_header {
     uint32_t required_features; /* a bit the reader does not know: refuse */
     uint32_t optional_features; /* a bit the reader does not know: ignore */
     uint32_t section_count;
-    uint32_t section_entry_size; /* 40: vxs_container_section */
+    uint32_t section_entry_size;                   /* 40: vxs_container_section */
     uint64_t section_table_offset;                 /* 128 */
     uint8_t content_hash[VXS_CONTAINER_HASH_SIZE]; /* SHA-256, container.md "Content hash" */
     uint8_t source_hash[VXS_CONTAINER_HASH_SIZE];  /* SHA-256 of the input's bytes */
@@ -70,12 +70,12 @@ typedef struct vxs_container_header {
 } vxs_container_header;
 
 typedef struct vxs_container_section {
-    uint32_t id;     /* four characters, VXS_SECTION_ID */
-    uint32_t stride; /* bytes per element, never 0 */
-    uint64_t count;  /* elements */
-    uint64_t offset; /* from the start of the file: the first multiple of 64 after what comes before */
-    uint64_t size;   /* count * stride, without the padding to the next 64 */
-    uint32_t crc;    /* CRC-32 of the size bytes */
+    uint32_t id;       /* four characters, VXS_SECTION_ID */
+    uint32_t stride;   /* bytes per element, never 0 */
+    uint64_t count;    /* elements */
+    uint64_t offset;   /* from the start of the file: the first multiple of 64 after what comes before */
+    uint64_t size;     /* count * stride, without the padding to the next 64 */
+    uint32_t crc;      /* CRC-32 of the size bytes */
     uint32_t reserved; /* 0 */
 } vxs_container_section;
 

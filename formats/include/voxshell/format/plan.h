@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * plan.h - what a .plan file holds (formats/plan.md): a scene compiled for a device. Which assets (by name and content
- * hash), which constants of contact and coupling, which effects in their order of execution, where the hand goes.
+ * plan.h - what a .plan file holds (formats/plan.md): a scene compiled for a device. Which assets (by name
+ * and content hash), which constants of contact and coupling, which effects in their order of execution,
+ * where the hand goes.
  */
 #ifndef VOXSHELL_FORMAT_PLAN_H
 #define VOXSHELL_FORMAT_PLAN_H
@@ -15,17 +16,22 @@ extern "C" {
 enum {
     VXS_PLAN_VERSION_MAJOR = 1,
     VXS_PLAN_VERSION_MINOR = 0,
-    VXS_PLAN_MAX_STATICS = 4096,   /* P301 */
-    VXS_PLAN_MAX_EFFECTS = 64,     /* P401 */
-    VXS_PLAN_MAX_CONSTANTS = 24,   /* of an effect */
+    VXS_PLAN_MAX_STATICS = 4096,      /* P301 */
+    VXS_PLAN_MAX_EFFECTS = 64,        /* P401 */
+    VXS_PLAN_MAX_CONSTANTS = 24,      /* of an effect */
     VXS_PLAN_MAX_KEYFRAMES = 1 << 16, /* P501, P601 */
-    VXS_PLAN_NAME_SIZE = 256       /* of an asset's name, with the zero that ends it */
+    VXS_PLAN_NAME_SIZE = 256          /* of an asset's name, with the zero that ends it */
 };
 
 /* Largest |coordinate| of a position [m] (P208). */
 #define VXS_PLAN_MAX_COORDINATE 1e15
 
-enum { VXS_PLAN_LAW_ORIGINAL = 1, VXS_PLAN_LAW_AVERAGE = 2, VXS_PLAN_LAW_GRADIENT = 3, VXS_PLAN_LAW_PATCH = 4 };
+enum {
+    VXS_PLAN_LAW_ORIGINAL = 1,
+    VXS_PLAN_LAW_AVERAGE = 2,
+    VXS_PLAN_LAW_GRADIENT = 3,
+    VXS_PLAN_LAW_PATCH = 4
+};
 enum { VXS_PLAN_FIELD_SURFACE = 1, VXS_PLAN_FIELD_LAYERS = 2, VXS_PLAN_FIELD_DISTANCE = 3 };
 enum { VXS_PLAN_WEIGHT_COUNT = 1, VXS_PLAN_WEIGHT_COUNT_CAPPED = 2, VXS_PLAN_WEIGHT_AREA = 3 };
 enum {
@@ -39,7 +45,8 @@ enum { VXS_PLAN_ROLE_STATIC = 1, VXS_PLAN_ROLE_DYNAMIC = 2 };
 enum { VXS_PLAN_MOVE_STRAIGHT = 0, VXS_PLAN_MOVE_TURN = 1 };
 
 #define VXS_PLAN_SECTION_PLAN VXS_SECTION_ID('P', 'L', 'A', 'N') /* 1 x vxs_plan_info */
-#define VXS_PLAN_SECTION_ASST VXS_SECTION_ID('A', 'S', 'S', 'T') /* vxs_plan_asset: statics, then the dynamic */
+#define VXS_PLAN_SECTION_ASST                                                                                \
+    VXS_SECTION_ID('A', 'S', 'S', 'T') /* vxs_plan_asset: statics, then the dynamic */
 #define VXS_PLAN_SECTION_EFCT VXS_SECTION_ID('E', 'F', 'C', 'T') /* vxs_plan_effect, optional */
 #define VXS_PLAN_SECTION_HAND VXS_SECTION_ID('H', 'A', 'N', 'D') /* vxs_plan_keyframe, optional */
 #define VXS_PLAN_SECTION_MOVE VXS_SECTION_ID('M', 'O', 'V', 'E') /* vxs_plan_motion, optional */
@@ -83,10 +90,10 @@ typedef struct vxs_plan_asset {
     uint32_t role;     /* VXS_PLAN_ROLE_* */
     uint32_t reserved; /* 0 */
     double position[3];
-    double orientation[4];     /* w x y z; asset -> scene */
-    uint8_t content_hash[32];  /* of the asset (container.md) */
+    double orientation[4];            /* w x y z; asset -> scene */
+    uint8_t content_hash[32];         /* of the asset (container.md) */
     uint8_t name[VXS_PLAN_NAME_SIZE]; /* file name, beside the plan */
-    uint8_t pad[32];           /* 0 */
+    uint8_t pad[32];                  /* 0 */
 } vxs_plan_asset;
 
 typedef struct vxs_plan_effect {
@@ -99,12 +106,12 @@ typedef struct vxs_plan_effect {
 typedef struct vxs_plan_keyframe {
     double time; /* [s] */
     double position[3];
-    double orientation[4];   /* w x y z */
-    uint32_t move;           /* VXS_PLAN_MOVE_*: how it is reached */
-    uint32_t reserved;       /* 0 */
-    double turn_about[3];    /* [m], of a turn, else 0 */
-    double turn_axis[3];     /* unit, of a turn, else 0 */
-    double turn_angle;       /* [rad], of a turn, else 0 */
+    double orientation[4]; /* w x y z */
+    uint32_t move;         /* VXS_PLAN_MOVE_*: how it is reached */
+    uint32_t reserved;     /* 0 */
+    double turn_about[3];  /* [m], of a turn, else 0 */
+    double turn_axis[3];   /* unit, of a turn, else 0 */
+    double turn_angle;     /* [rad], of a turn, else 0 */
 } vxs_plan_keyframe;
 
 /* Where a static is at a time. */

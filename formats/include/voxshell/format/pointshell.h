@@ -19,7 +19,7 @@ extern "C" {
 enum {
     VXS_POINTSHELL_VERSION_MAJOR = 1,
     VXS_POINTSHELL_VERSION_MINOR = 0,
-    VXS_POINTSHELL_LANES = 16,         /* padded_count is a multiple of this */
+    VXS_POINTSHELL_LANES = 16,          /* padded_count is a multiple of this */
     VXS_POINTSHELL_CLUSTER_POINTS = 64, /* points per cluster, the last may hold fewer */
     VXS_POINTSHELL_MAX_POINTS = 1 << 28 /* S203 */
 };
@@ -40,18 +40,18 @@ enum { VXS_POINTSHELL_EXACT = 1, VXS_POINTSHELL_NAIVE = 2 };
 #define VXS_POINTSHELL_SECTION_CLUS VXS_SECTION_ID('C', 'L', 'U', 'S') /* vxs_pointshell_cluster */
 
 typedef struct vxs_pointshell_info {
-    double voxel;         /* edge h of the cells that the shell was made with [m] */
-    uint32_t kind;        /* VXS_POINTSHELL_EXACT or _NAIVE */
-    uint32_t point_count; /* real points */
+    double voxel;          /* edge h of the cells that the shell was made with [m] */
+    uint32_t kind;         /* VXS_POINTSHELL_EXACT or _NAIVE */
+    uint32_t point_count;  /* real points */
     uint32_t padded_count; /* elements of every array */
     uint32_t cluster_count;
-    double area;          /* sum of the area weights, in double before rounding [m^2] */
-    double gap_max;       /* largest distance between points of adjacent cells [m] */
-    double surface_error; /* largest distance of a stored point from the mesh [m] */
-    double center[3];     /* of the bounding sphere of all points [m] */
-    double radius;        /* of that sphere: every |p - center| <= radius [m] */
+    double area;            /* sum of the area weights, in double before rounding [m^2] */
+    double gap_max;         /* largest distance between points of adjacent cells [m] */
+    double surface_error;   /* largest distance of a stored point from the mesh [m] */
+    double center[3];       /* of the bounding sphere of all points [m] */
+    double radius;          /* of that sphere: every |p - center| <= radius [m] */
     uint64_t surface_cells; /* cells that hold at least one point */
-    uint8_t pad[24];      /* 0 */
+    uint8_t pad[24];        /* 0 */
 } vxs_pointshell_info;
 
 /* Points first .. first + count - 1 lie within radius of center. Clusters are in point
@@ -60,7 +60,7 @@ typedef struct vxs_pointshell_cluster {
     float center[3]; /* [m] */
     float radius;    /* [m], rounded up */
     uint32_t first;
-    uint32_t count;  /* >= 1 */
+    uint32_t count;       /* >= 1 */
     uint32_t reserved[2]; /* 0 */
 } vxs_pointshell_cluster;
 

@@ -26,19 +26,19 @@ enum {
     VXS_VOXMAP_CHUNK_BRICKS = 8, /* per axis */
     VXS_VOXMAP_CHUNK_CELLS = 64, /* per axis */
     VXS_VOXMAP_CHUNK_ENTRIES = 512,
-    VXS_VOXMAP_BRICK_WORDS = 16,    /* u64 per brick of state bits */
-    VXS_VOXMAP_ENTRY_FIRST = 4,     /* entries below are uniform states */
-    VXS_VOXMAP_MAX_CELLS = 1 << 20, /* per axis of the box (M204) */
-    VXS_VOXMAP_MAX_ROOT = 1 << 24,  /* root entries (M205) */
-    VXS_VOXMAP_MAX_BRICKS = 1 << 28, /* M206 */
-    VXS_VOXMAP_MAX_LAYERS = 126,    /* layer_count; layer_count + 1 means beyond (M401) */
+    VXS_VOXMAP_BRICK_WORDS = 16,        /* u64 per brick of state bits */
+    VXS_VOXMAP_ENTRY_FIRST = 4,         /* entries below are uniform states */
+    VXS_VOXMAP_MAX_CELLS = 1 << 20,     /* per axis of the box (M204) */
+    VXS_VOXMAP_MAX_ROOT = 1 << 24,      /* root entries (M205) */
+    VXS_VOXMAP_MAX_BRICKS = 1 << 28,    /* M206 */
+    VXS_VOXMAP_MAX_LAYERS = 126,        /* layer_count; layer_count + 1 means beyond (M401) */
     VXS_VOXMAP_CLEARANCE_BLOCKS = 4096, /* blocks of 4 x 4 x 4 cells in a chunk, one clearance each */
     VXS_VOXMAP_CLEARANCE_BEYOND = 127,  /* half cells: as far as a block's clearance says anything (M502) */
     VXS_VOXMAP_CLEARANCE_LEAST = 96,    /* cells: a chunk's clearance is at least, */
     VXS_VOXMAP_CLEARANCE_MOST = 4096,   /* and at most that (M503) */
-    VXS_VOXMAP_PLANE_REACH = 8,  /* cells: how far around a brick's centre its plane is one */
-    VXS_VOXMAP_PLANE_STEP = 16, /* of a plane's offset, in cells times its normal's length */
-    VXS_VOXMAP_PLANE_NORMAL = 127 /* the largest component of a plane's normal (M504) */
+    VXS_VOXMAP_PLANE_REACH = 8,         /* cells: how far around a brick's centre its plane is one */
+    VXS_VOXMAP_PLANE_STEP = 16,         /* of a plane's offset, in cells times its normal's length */
+    VXS_VOXMAP_PLANE_NORMAL = 127       /* the largest component of a plane's normal (M504) */
 };
 
 /* Every cell index of the box is in [-VXS_VOXMAP_MAX_INDEX, VXS_VOXMAP_MAX_INDEX) (M202). */
@@ -63,9 +63,9 @@ enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
 #define VXS_VOXMAP_SECTION_CLRX VXS_SECTION_ID('C', 'L', 'R', 'X') /* u32 */
 #define VXS_VOXMAP_SECTION_CLRV VXS_SECTION_ID('C', 'L', 'R', 'V') /* i8[4096] */
 #define VXS_VOXMAP_SECTION_CLRC VXS_SECTION_ID('C', 'L', 'R', 'C') /* i32 */
-/* Optional, with that trio, parallel to CHNK: for each brick of a chunk a plane with all its cells that are not
- * free on the far side. Of the points x within VXS_VOXMAP_PLANE_REACH cells of the brick's centre c, those
- * with n . (x - c) < VXS_VOXMAP_PLANE_STEP s are in free cells [cells]. */
+/* Optional, with that trio, parallel to CHNK: for each brick of a chunk a plane with all its cells that are
+ * not free on the far side. Of the points x within VXS_VOXMAP_PLANE_REACH cells of the brick's centre c,
+ * those with n . (x - c) < VXS_VOXMAP_PLANE_STEP s are in free cells [cells]. */
 #define VXS_VOXMAP_SECTION_CLRP VXS_SECTION_ID('C', 'L', 'R', 'P') /* vxs_voxmap_plane[512] */
 
 typedef struct vxs_voxmap_plane {
@@ -91,8 +91,8 @@ typedef struct vxs_voxmap_grid {
 } vxs_voxmap_grid;
 
 enum {
-    VXS_VOXMAP_FLAG_CLOSED = 1,   /* the source mesh had no boundary edge */
-    VXS_VOXMAP_FLAG_UNSIGNED = 2  /* DIST carries no sign: an open part */
+    VXS_VOXMAP_FLAG_CLOSED = 1,  /* the source mesh had no boundary edge */
+    VXS_VOXMAP_FLAG_UNSIGNED = 2 /* DIST carries no sign: an open part */
 };
 
 VXS_STATIC_ASSERT(sizeof(vxs_voxmap_plane) == 4, "plane is 4 bytes");
