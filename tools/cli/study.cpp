@@ -24,17 +24,12 @@ struct StudyOptions : SharedOptions {
 
 constexpr unsigned paper_seeds = 10, quick_seeds = 2;
 
-ExitCode paper(const StudyOptions &o)
+/// Its files, and which claims hold.
+ExitCode finish(const Study &study, const StudyOptions &o, Progress &progress)
 {
-    const auto progress = make_progress(o.progress, o.quiet);
-    gnuplot(gnuplot_sheet(Picture::svg, 100, 100) + "plot [0:1] x\n"); // told now, not after all runs
-    const PaperOptions options{o.seeds ? o.seeds : o.quick ? quick_seeds : paper_seeds, o.quick};
-    const std::string command =
-        fmt::format("voxshell study paper -o DIR{} --seeds {}", o.quick ? " --quick" : "", options.seeds);
-    const Study study = paper_study(options, command, *progress);
     Outputs outputs(o.force);
-    write_study(study, o.out, outputs, *progress);
-    progress->check();
+    write_study(study, o.out, outputs, progress);
+    progress.check();
     outputs.commit();
     if (o.json) {
         fmt::print("{}", study_json(study));
@@ -47,6 +42,14 @@ ExitCode paper(const StudyOptions &o)
     }
     fmt::print("{}\n", (fs::path(o.out) / "index.html").string());
     return ExitCode::ok;
+}
+
+ExitCode paper(const StudyOptions &o, Progress &progress)
+{
+    const PaperOptions options{o.seeds ? o.seeds : o.quick ? quick_seeds : paper_seeds, o.quick};
+    const std::string command =
+        fmt::format("voxshell study paper -o DIR{} --seeds {}", o.quick ? " --quick" : "", options.seeds);
+    return finish(paper_study(options, command, progress), o, progress);
 }
 
 } // namespace
@@ -71,7 +74,9 @@ VerbAction add_study(CLI::App &verb)
     add_shared(verb, *o, {Shared::jobs, Shared::force, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);
-        return paper(*o);
+        const auto progress = make_progress(o->progress, o->quiet);
+        gnuplot(gnuplot_sheet(Picture::svg, 100, 100) + "plot [0:1] x\n"); // told now, not after all runs
+        return paper(*o, *progress);
     };
 }
 

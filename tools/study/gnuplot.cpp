@@ -84,6 +84,21 @@ std::string gnuplot_sheet(Picture picture, int width, int height)
                       "set tics nomirror\n";
 }
 
+std::string gnuplot_panels(int height, int rows, int columns, double across, double title_lines, double left)
+{
+    const double line = 19.0 / height, tics = 2, foot = 4.8;
+    return fmt::format("set multiplot layout {},{} margins {},0.975,{:.4f},{:.4f} spacing {},{:.4f}\n", rows,
+                       columns, left, foot * line, 1 - (0.9 + title_lines) * line, across,
+                       (tics + 1 + title_lines) * line);
+}
+
+std::string gnuplot_command(const std::string &command, int height)
+{
+    return fmt::format("set label 100 {} at screen 0.012, screen {:.4f} left font ',13' textcolor rgb "
+                       "'#505050' noenhanced\n",
+                       gnuplot_text(command), 9.0 / height);
+}
+
 std::string gnuplot_text(const std::string &text)
 {
     std::string out;

@@ -1,86 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the paper says and what came out. A verdict is decided by the numbers, never written down.
 #include "study/paper_study.hpp"
+#include "study/study_account.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace voxshell {
 namespace {
 
 constexpr double asked = 0.7;      ///< of average over original, tangential peak
 constexpr double calm_share = 0.1; ///< of the steady force may swing at the end
-
-using Words = std::map<std::string, std::string>;
-
-std::size_t column_of(const StudyTable &table, const std::string &name)
-{
-    for (std::size_t n = 0; n < table.columns.size(); ++n) {
-        if (table.columns[n].name == name) return n;
-    }
-    throw Failure(ExitCode::bug, table.id, "no column " + name);
-}
-
-std::vector<std::size_t> rows_of(const StudyTable &table, const Words &words)
-{
-    std::vector<std::size_t> found;
-    for (std::size_t row = 0; row < table.rows.size(); ++row) {
-        if (std::all_of(words.begin(), words.end(), [&](const auto &w) {
-                return std::get<std::string>(table.rows[row][column_of(table, w.first)]) == w.second;
-            }))
-            found.push_back(row);
-    }
-    return found;
-}
-
-/// A claim that grows number by number.
-class Account {
-  public:
-    Account(const Study &study, const char *id, const char *text, const char *why) : study_(study)
-    {
-        claim.id = id;
-        claim.claim = text;
-        claim.why = why;
-    }
-    /// Text with "@" for the number.
-    double say(const std::string &text, const StudyTable &table, std::size_t row, const std::string &column,
-               const std::string &format = "{:.3g}")
-    {
-        claim.measured += text;
-        claim.numbers.push_back(study_number(table, row, column, format));
-        return claim.numbers.back().value;
-    }
-    double say(const std::string &text, const std::string &table, const Words &words, double level,
-               const std::string &column, const std::string &format = "{:.3g}")
-    {
-        const StudyTable &found = study_.table(table);
-        for (const std::size_t row : rows_of(found, words)) {
-            if (std::isnan(level) || found.number(row, "level") == level)
-                return say(text, found, row, column, format);
-        }
-        throw Failure(ExitCode::bug, table, "no such row for claim " + claim.id);
-    }
-    void say(const std::string &text) { claim.measured += text; }
-    StudyClaim judged(Verdict verdict)
-    {
-        claim.verdict = verdict;
-        return claim;
-    }
-    StudyClaim claim;
-
-  private:
-    const Study &study_;
-};
-
-const double any = std::nan("");
-
-Verdict of(bool holds, bool partly)
-{
-    return holds ? Verdict::holds : partly ? Verdict::partly : Verdict::fails;
-}
 
 /// Tangential peak, average over original, at each depth with its spread.
 StudyClaim averaged(const Study &study, const char *id, const char *pair, const char *text, const char *why)
@@ -99,7 +31,7 @@ StudyClaim averaged(const Study &study, const char *id, const char *pair, const 
         if (depth < 1) worst = std::max(worst, peak), worst_rms = std::max(worst_rms, rms);
     }
     a.say("seeds @.", ratios, rows_of(ratios, {{"pair", pair}}).front(), "seeds");
-    return a.judged(of(worst <= asked && worst_rms < 1, worst < 1));
+    return a.judged(verdict_of(worst <= asked && worst_rms < 1, worst < 1));
 }
 
 StudyClaim smoother(const Study &study)
@@ -126,7 +58,7 @@ StudyClaim smoother(const Study &study)
           "ripple_pct");
     a.say(". With the field distance and the law gradient it is @ %.", "control_means",
           {{"scenario", "control9"}, {"shell", "exact"}, {"law", "gradient"}}, 0.5, "ripple_pct");
-    return a.judged(of(least < asked, least < 0.95));
+    return a.judged(verdict_of(least < asked, least < 0.95));
 }
 
 StudyClaim exact_points(const Study &study)
@@ -161,7 +93,7 @@ StudyClaim exact_points(const Study &study)
     a.say(" % against @ % on the plane.", "control_means",
           {{"scenario", "control8"}, {"shell", "naive"}, {"law", "original"}, {"field", "distance"}}, 0.5,
           "across_rms_pct");
-    return a.judged(of(most < 1, least < 1));
+    return a.judged(verdict_of(most < 1, least < 1));
 }
 
 StudyClaim filtered(const Study &study)
@@ -174,7 +106,7 @@ StudyClaim filtered(const Study &study)
               "paper denies, needs people.");
     const auto row = [&](const char *text, const char *coupling, const char *column,
                          const char *format = "{:.3g}") {
-        return a.say(text, "fig11_means", {{"coupling", coupling}, {"field", "surface"}}, any, column,
+        return a.say(text, "fig11_means", {{"coupling", coupling}, {"field", "surface"}}, any_level, column,
                      format);
     };
     a.say("Swing above 10 Hz, of the mean force: ");
@@ -186,7 +118,7 @@ StudyClaim filtered(const Study &study)
     row("@ ms with the spring-damper. ", "spring-damper", "lag_ms");
     row("What is slower than the filter stays: ripple @ %", "PT2 5 Hz", "felt_ripple_pct");
     row(" against @ % without any.", "none", "felt_ripple_pct");
-    return a.judged(of(five < asked * spring, five < spring));
+    return a.judged(verdict_of(five < asked * spring, five < spring));
 }
 
 const char *panels[] = {"fig12a", "fig12b", "fig12c", "fig12d"};
@@ -206,17 +138,17 @@ StudyClaim stable(const Study &study)
     for (const char *panel : panels) {
         const Words words{
             {"scenario", panel}, {"law", "average"}, {"field", "surface"}, {"coupling", "PT2 5 Hz"}};
-        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any,
+        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any_level,
                                    "oscillation_n", "{:.2f}");
-        const double steady = a.say(" (mean @ N), ", "fig12_means", words, any, "steady_n");
+        const double steady = a.say(" (mean @ N), ", "fig12_means", words, any_level, "steady_n");
         const bool calm = swing <= calm_share * steady;
         any_calm |= calm;
         all_calm &= calm;
     }
     const Words first{{"scenario", "fig12a"}, {"field", "surface"}, {"coupling", "PT2 5 Hz"}};
-    a.say("the contact being up to @ N/m stiff", "fig12_means", first, any, "contact_n_per_m");
-    a.say(" where the loop carries @ N/m.", "fig12_means", first, any, "carried_n_per_m");
-    return a.judged(of(all_calm, any_calm));
+    a.say("the contact being up to @ N/m stiff", "fig12_means", first, any_level, "contact_n_per_m");
+    a.say(" where the loop carries @ N/m.", "fig12_means", first, any_level, "carried_n_per_m");
+    return a.judged(verdict_of(all_calm, any_calm));
 }
 
 StudyClaim framework(const Study &study)
@@ -233,16 +165,16 @@ StudyClaim framework(const Study &study)
     for (const char *panel : panels) {
         const Words words{
             {"scenario", panel}, {"law", "average"}, {"field", "surface"}, {"coupling", "PT2 5 Hz bounded"}};
-        const double swing = a.say(std::string(panel).substr(3) + " @ N, ", "fig12_means", words, any,
+        const double swing = a.say(std::string(panel).substr(3) + " @ N, ", "fig12_means", words, any_level,
                                    "oscillation_n", "{:.2f}");
         all_calm &= swing <= 0.1;
         through |= study.table("fig12_means")
                        .number(rows_of(study.table("fig12_means"), words).front(), "through_pct") > 0;
     }
     const Words first{{"scenario", "fig12a"}, {"field", "surface"}, {"coupling", "PT2 5 Hz bounded"}};
-    a.say("but of the wall @ N is left at the end of a", "fig12_means", first, any, "steady_n");
-    a.say(", and the hand gets @ mm deep.", "fig12_means", first, any, "deepest_mm");
-    return a.judged(of(all_calm && !through, all_calm));
+    a.say("but of the wall @ N is left at the end of a", "fig12_means", first, any_level, "steady_n");
+    a.say(", and the hand gets @ mm deep.", "fig12_means", first, any_level, "deepest_mm");
+    return a.judged(verdict_of(all_calm && !through, all_calm));
 }
 
 StudyClaim walls(const Study &study)
@@ -271,7 +203,7 @@ StudyClaim walls(const Study &study)
         a.say(", at most @ mm deep at that speed.", wall, row, "deepest_mm");
         break;
     }
-    return a.judged(of(most == 0, most < 100));
+    return a.judged(verdict_of(most == 0, most < 100));
 }
 
 StudyClaim fits(const Study &study)
@@ -297,7 +229,7 @@ StudyClaim fits(const Study &study)
     a.say("A peg of 19.6 mm touches nothing, and one force layer gives it @ k e", "peg_means",
           {{"law", "patch"}, {"field", "surface"}}, 19.6, "size_ke");
     a.say(" on the mean.");
-    return a.judged(of(patch < 0.2 * average && peg < 10, patch < 0.2 * average));
+    return a.judged(verdict_of(patch < 0.2 * average && peg < 10, patch < 0.2 * average));
 }
 
 StudyClaim ours(const Study &study)
@@ -311,16 +243,16 @@ StudyClaim ours(const Study &study)
     a.say("The output's swing in the last 0.3 s: ");
     for (const char *panel : panels) {
         const Words words{{"scenario", panel}, {"coupling", "automatic"}};
-        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any,
+        const double swing = a.say(std::string(panel).substr(3) + " @ N", "fig12_means", words, any_level,
                                    "oscillation_n", "{:.2f}");
-        const double steady = a.say(" (mean @ N)", "fig12_means", words, any, "steady_n");
-        const double deepest = a.say(", deepest @ mm; ", "fig12_means", words, any, "deepest_mm");
+        const double steady = a.say(" (mean @ N)", "fig12_means", words, any_level, "steady_n");
+        const double deepest = a.say(", deepest @ mm; ", "fig12_means", words, any_level, "deepest_mm");
         calm &= swing <= std::max(0.05, calm_share * steady);
         outside &= deepest < 2;
     }
     a.say("energy taken from the hand at least @ mJ (c).", "fig12_means",
-          {{"scenario", "fig12c"}, {"coupling", "automatic"}}, any, "energy_mj");
-    return a.judged(of(calm && outside, calm || outside));
+          {{"scenario", "fig12c"}, {"coupling", "automatic"}}, any_level, "energy_mj");
+    return a.judged(verdict_of(calm && outside, calm || outside));
 }
 
 StudyClaim spring_on_layer(const Study &study)
@@ -332,12 +264,13 @@ StudyClaim spring_on_layer(const Study &study)
               "numbers are before the device's clamp.");
     const double surface =
         a.say("Largest output, mean over the seeds: @ N with one force layer", "fig11_means",
-              {{"coupling", "automatic"}, {"field", "surface"}}, any, "output_peak_n");
-    const double distance = a.say("; @ N with patches and distance, ", "fig11_means",
-                                  {{"coupling", "automatic"}, {"field", "distance"}}, any, "output_peak_n");
+              {{"coupling", "automatic"}, {"field", "surface"}}, any_level, "output_peak_n");
+    const double distance =
+        a.say("; @ N with patches and distance, ", "fig11_means",
+              {{"coupling", "automatic"}, {"field", "distance"}}, any_level, "output_peak_n");
     const double contact = a.say("the contact itself being at most @ N with one layer.", "fig11_means",
-                                 {{"coupling", "none"}}, any, "collision_peak_n");
-    return a.judged(of(surface < 2 * contact, distance < 2 * contact));
+                                 {{"coupling", "none"}}, any_level, "collision_peak_n");
+    return a.judged(verdict_of(surface < 2 * contact, distance < 2 * contact));
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The paper's figures 8, 9, 11 and 12 in its own arrangement, and ours beside them.
+#include "study/gnuplot.hpp"
 #include "study/palette.hpp"
 #include "study/paper_study.hpp"
 
@@ -13,9 +14,6 @@ namespace {
 
 constexpr double shown_depth_e = 0.5;
 constexpr unsigned shown_seeds = 5;
-
-/// Of several panels: the command stands under all of them once.
-constexpr const char *said_once = "unset label 100\n";
 
 const PathRun &path_run(const PaperRuns &runs, const std::string &id, double level, unsigned seed = 1,
                         std::size_t variant = 0)
@@ -34,16 +32,6 @@ const LoopRun &loop_run(const PaperRuns &runs, const std::string &id, std::size_
         if (id == run.key.scenario->id && run.key.variant == variant && run.key.seed == 1) return run;
     }
     throw Failure(ExitCode::bug, id, "no such run");
-}
-
-/// Room for titles, tics and the command is the same number of points on every sheet.
-std::string layout(const StudyFigure &figure, int rows, int columns, double across = 0.09,
-                   double title_lines = 1)
-{
-    const double line = 19.0 / figure.height, tics = 2;
-    return fmt::format("set multiplot layout {},{} margins 0.095,0.975,{:.4f},{:.4f} spacing {},{:.4f}\n",
-                       rows, columns, 4.3 * line, 1 - (1 + title_lines) * line, across,
-                       (tics + 1 + title_lines) * line);
 }
 
 StudyFigure figure8(const PaperRuns &runs)
@@ -79,9 +67,10 @@ StudyFigure figure8(const PaperRuns &runs)
         }
     }
     const double end = std::max(1.0, std::ceil(most));
-    figure.script = layout(figure, 2, 2) + fmt::format("set size ratio -1\nset xrange [-{0}:{0}]\nset yrange "
-                                                       "[-{0}:{0}]\nset xtics 2\nset ytics 2\nunset key\n",
-                                                       end);
+    figure.script = gnuplot_panels(figure.height, 2, 2) +
+                    fmt::format("set size ratio -1\nset xrange [-{0}:{0}]\nset yrange "
+                                "[-{0}:{0}]\nset xtics 2\nset ytics 2\nunset key\n",
+                                end);
     const struct {
         const char *panel, *title, *colour;
     } panels[] = {{"a", "a  along the grid, original", palette::vermilion},
@@ -95,7 +84,8 @@ StudyFigure figure8(const PaperRuns &runs)
             "'{4}', "
             "$data using (strcol(1) eq '{3}' ? $4 : NaN):5 with points pt 7 ps 0.25 lc rgb '{4}'\n{5}",
             p.title, p.panel[0] >= 'c' ? "across, x [% of normal force]" : "",
-            p.panel[0] == 'a' || p.panel[0] == 'c' ? "across, y [%]" : "", p.panel, p.colour, said_once);
+            p.panel[0] == 'a' || p.panel[0] == 'c' ? "across, y [%]" : "", p.panel, p.colour,
+            gnuplot_said_once);
     }
     figure.script += "unset multiplot\n";
     return figure;
@@ -138,13 +128,13 @@ StudyFigure figure9(const PaperRuns &runs, bool across)
         figure.csv += '\n';
     }
     const double end = 5 * std::ceil(most / 5);
-    figure.script = layout(figure, across ? 2 : 3, 1) +
+    figure.script = gnuplot_panels(figure.height, across ? 2 : 3, 1) +
                     "set xrange [0:3]\nunset key\nset ylabel '[% of mean normal force]'\n" +
                     (across ? fmt::format("set yrange [-{0}:{0}]\nset ytics 5\n", end)
                             : fmt::format("set yrange [0:{}]\nset ytics 50\n", end));
     figure.script +=
         fmt::format("set title 'a  original'\nplot $data using 1:2 with lines lw 1 lc rgb '{}'\n{}",
-                    palette::vermilion, said_once);
+                    palette::vermilion, gnuplot_said_once);
     if (across) figure.script += "set xlabel 'time [s]'\n";
     figure.script += fmt::format("set title 'b  average'\nplot $data using 1:3 with lines lw 1 lc rgb '{}'\n",
                                  palette::blue);
@@ -227,7 +217,7 @@ StudyFigure figure_control(const StudyTable &control)
                             control.number(n, "across_rms_pct"), control.number(n, "ripple_pct"), place);
         }
     }
-    figure.script = fmt::format("set multiplot layout 1,2 margins 0.27,0.975,0.13,0.98 spacing 0.04,0.1\nset "
+    figure.script = fmt::format("set multiplot layout 1,2 margins 0.27,0.975,0.13,0.98 spacing 0.07,0.1\nset "
                                 "yrange [{}.7:0.3]\nset logscale x\nset xrange [1e-4:100]\n"
                                 "set format x '10^{{%L}}'\nset ytics ({})\nset key at graph 0.62, graph 0.98 "
                                 "right top\nset xlabel 'tangential rms [%]'\n",
@@ -240,7 +230,7 @@ StudyFigure figure_control(const StudyTable &control)
             column, palette::blue, palette::vermilion, key ? "title 'turned plane'" : "notitle",
             key ? "title 'cylinder'" : "notitle");
     };
-    figure.script += plot(3, true) + said_once + fmt::format("set ytics ({})\n", blank) +
+    figure.script += plot(3, true) + gnuplot_said_once + fmt::format("set ytics ({})\n", blank) +
                      "set xlabel 'ripple of the normal force [%]'\nset xrange [1e-4:100]\n" + plot(4, false) +
                      "unset multiplot\n";
     return figure;
@@ -303,7 +293,7 @@ StudyFigure figure_fits(const PaperRuns &runs, const std::string &id, std::size_
         }
     }
     figure.script =
-        layout(figure, static_cast<int>(scenario.levels.size()), 1) +
+        gnuplot_panels(figure.height, static_cast<int>(scenario.levels.size()), 1) +
         "set key top right Left reverse opaque box lc rgb '#d8d8d8' samplen 3\n" +
         (is_peg ? "set ylabel 'torque / radius [k e]'\nset xrange [0:15]\nset yrange [0:*]\n"
                 : "set ylabel 'off by [degrees]'\nset xrange [0:2]\nset yrange [0:60]\nset ytics 20\n");
@@ -322,7 +312,7 @@ StudyFigure figure_fits(const PaperRuns &runs, const std::string &id, std::size_
                 level, c + 3, curves[c].dash, curves[c].colour,
                 n == 0 ? fmt::format("title '{}, {}'", law_name(m.law), field_name(m.field)) : "notitle");
         }
-        figure.script += "\nunset key\n" + std::string(said_once);
+        figure.script += "\nunset key\n" + std::string(gnuplot_said_once);
     }
     figure.script += "unset multiplot\n";
     return figure;
@@ -362,7 +352,7 @@ StudyFigure figure11(const PaperRuns &runs)
         }
         figure.csv += '\n';
     }
-    figure.script = layout(figure, static_cast<int>(scenario.variants.size()), 1) +
+    figure.script = gnuplot_panels(figure.height, static_cast<int>(scenario.variants.size()), 1) +
                     "set xrange [0:3.5]\nset yrange [0:12]\nset ytics 5\nunset key\nset ylabel 'force [N]'\n";
     const char *titles[] = {"none",
                             "spring-damper (0.05 kg, 1 N/mm, damping 0.7)",
@@ -376,11 +366,11 @@ StudyFigure figure11(const PaperRuns &runs)
                                       : automatic_title(loop_run(runs, "fig11", v).coupling,
                                                         v == 4 ? "average, surface" : "patch, distance");
         if (v + 1 == scenario.variants.size()) figure.script += "set xlabel 'time [s]'\n";
-        figure.script +=
-            fmt::format("set title '{}'\nplot $data using 1:{} with lines lw 0.7 lc rgb '{}', $data using "
-                        "1:{} with lines lw 2.5 lc rgb '{}'\n{}",
-                        title, 2 * v + 2, palette::amber, 2 * v + 3,
-                        v + 1 == scenario.variants.size() ? palette::green : palette::blue, said_once);
+        figure.script += fmt::format(
+            "set title '{}'\nplot $data using 1:{} with lines lw 0.7 lc rgb '{}', $data using "
+            "1:{} with lines lw 2.5 lc rgb '{}'\n{}",
+            title, 2 * v + 2, palette::amber, 2 * v + 3,
+            v + 1 == scenario.variants.size() ? palette::green : palette::blue, gnuplot_said_once);
     }
     figure.script += "unset multiplot\n";
     return figure;
@@ -416,10 +406,10 @@ StudyFigure figure12(const PaperRuns &runs, std::size_t variant, const std::stri
             panel[0] < 'c' ? "" : "time [s]", panel[0] == 'a' || panel[0] == 'c' ? "force [N]" : "",
             std::ceil(10 * run.time.back()) / 10, panel, palette::amber,
             panel[0] == 'd' ? "title 'collision force'" : "notitle", panel, palette::blue,
-            panel[0] == 'd' ? "title 'output force'" : "notitle", said_once);
+            panel[0] == 'd' ? "title 'output force'" : "notitle", gnuplot_said_once);
     }
-    figure.script =
-        layout(figure, 2, 2, 0.075) + "set yrange [0:*]\nunset key\n" + figure.script + "unset multiplot\n";
+    figure.script = gnuplot_panels(figure.height, 2, 2, 0.075) + "set yrange [0:*]\nunset key\n" +
+                    figure.script + "unset multiplot\n";
     return figure;
 }
 
@@ -443,9 +433,9 @@ StudyFigure figure_wall(const StudyTable &wall)
             fmt::format("{},{},\"{}\",{},{},{}\n", word(2), word(3), word(5), wall.number(n, "level"),
                         wall.number(n, "speed_mm_per_s"), wall.number(n, "through_pct"));
     }
-    figure.script =
-        layout(figure, 2, 3, 0.05, 2) + "unset key\nset logscale x\nset xrange [35:700]\nset xtics (50, 100, "
-                                        "200, 500)\nset yrange [0:6]\nset ytics (1, 2, 3, 5)\n";
+    figure.script = gnuplot_panels(figure.height, 2, 3, 0.05, 2) +
+                    "unset key\nset logscale x\nset xrange [35:700]\nset xtics (50, 100, "
+                    "200, 500)\nset yrange [0:6]\nset ytics (1, 2, 3, 5)\n";
     for (std::size_t n = 0; n < panels.size(); ++n) {
         std::string title = panels[n];
         title.replace(title.rfind(", "), 2, "\\n");
@@ -457,7 +447,7 @@ StudyFigure figure_wall(const StudyTable &wall)
                         "$data using (is(strcol(1), strcol(2), strcol(3)) && $6 > 0 ? $5 : NaN):4:(2.2 * "
                         "sqrt($6 / 100)) with points pt 7 ps variable lc rgb '{}'\n{}",
                         title, n >= 3 ? "speed [mm/s]" : "", n % 3 == 0 ? "thickness [e]" : "", panels[n],
-                        palette::grey, palette::vermilion, said_once);
+                        palette::grey, palette::vermilion, gnuplot_said_once);
     }
     figure.script += "unset multiplot\n";
     return figure;

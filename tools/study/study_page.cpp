@@ -106,7 +106,7 @@ std::string claims(const Study &study)
         }
     }
     out += "</ul>\n<h2 id=\"claims\">Claim by claim</h2>\n<div class=\"wide\"><table "
-           "class=\"sortable\"><thead><tr><th>the paper's claim</th><th>verdict</th><th>what we "
+           "class=\"sortable\"><thead><tr><th>claim</th><th>verdict</th><th>what we "
            "measure</th><th>why</th></tr></thead>\n<tbody>\n";
     for (const StudyClaim &claim : study.claims) {
         out += fmt::format(

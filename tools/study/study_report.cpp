@@ -55,14 +55,6 @@ json as_json(const StudyTable &table)
             {"rows", rows}};
 }
 
-/// The command under the picture, as design's pictures have it.
-std::string head(const Study &study)
-{
-    return fmt::format(
-        "set label 100 {} at screen 0.012, screen 0.018 left font ',13' textcolor rgb '#505050' noenhanced\n",
-        gnuplot_text(study.command));
-}
-
 } // namespace
 
 std::string StudyTable::csv() const
@@ -89,6 +81,14 @@ double StudyTable::number(std::size_t row, const std::string &column) const
     const auto *value =
         row < rows.size() ? std::get_if<double>(&rows[row][column_of(*this, column)]) : nullptr;
     if (!value) throw Failure(ExitCode::bug, id, "no number in " + column);
+    return *value;
+}
+
+const std::string &StudyTable::word(std::size_t row, const std::string &column) const
+{
+    const auto *value =
+        row < rows.size() ? std::get_if<std::string>(&rows[row][column_of(*this, column)]) : nullptr;
+    if (!value) throw Failure(ExitCode::bug, id, "no word in " + column);
     return *value;
 }
 
@@ -156,7 +156,8 @@ void write_study(const Study &study, const std::filesystem::path &folder, Output
         const auto draw = [&](Picture picture) {
             return gnuplot(gnuplot_sheet(picture, figure.width, figure.height) + "$data << END\n" +
                            figure.csv.substr(figure.csv.find('\n') + 1) +
-                           "END\nset datafile separator ','\n" + head(study) + figure.script);
+                           "END\nset datafile separator ','\n" +
+                           gnuplot_command(study.command, figure.height) + figure.script);
         };
         const std::vector<std::uint8_t> drawn = draw(Picture::svg);
         svg.emplace_back(drawn.begin(), drawn.end());

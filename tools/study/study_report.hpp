@@ -27,6 +27,7 @@ struct StudyTable {
     std::string figure;                                               ///< under which it stands
     std::string csv() const;
     double number(std::size_t row, const std::string &column) const; ///< throws Failure(bug) if there is none
+    const std::string &word(std::size_t row, const std::string &column) const; ///< so as well
 };
 
 struct StudyFigure {
@@ -58,7 +59,7 @@ struct StudyClaim {
 };
 
 struct Study {
-    std::string name; ///< "paper"
+    std::string name; ///< "paper", "stability"
     std::string title, lead;
     std::string command; ///< what makes it again
     std::vector<std::pair<std::string, std::string>> options;

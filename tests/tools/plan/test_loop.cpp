@@ -6,7 +6,7 @@
 #include <doctest/doctest.h>
 
 #include "plan/loop.hpp"
-#include "time_domain.hpp"
+#include "plan/time_domain.hpp"
 
 #include <Eigen/Eigenvalues>
 
@@ -53,20 +53,6 @@ void each_case(F f)
             }
         }
     }
-}
-
-/// Ticks of 120 periods of the oscillation at the onset.
-long ticks_for(const Loop &loop, double stiffness)
-{
-    double best = 1e300, angle = 0.1;
-    for (double a = 1e-4; a < pi; a *= 1.001) {
-        const double off = std::abs(1.0 + stiffness * loop.gain(a));
-        if (off < best) {
-            best = off;
-            angle = a;
-        }
-    }
-    return static_cast<long>(120 * 2 * pi / angle) + 6000;
 }
 
 /// Largest |eigenvalue| of the closed loop, from states and matrices written down on their own: substep by
@@ -116,7 +102,7 @@ TEST_CASE("the oscillation sets in within 5 % of the stiffness foretold, on the 
     each_case([&](const vxs_simulated_config &device, const vxs_coupling_config &coupling, double hertz) {
         const Loop loop(device, coupling);
         const double largest = loop.largest_stiffness();
-        const long ticks = ticks_for(loop, largest);
+        const long ticks = ticks_of_onset(loop, largest);
         CAPTURE(device.profile.name);
         CAPTURE(device.arm.name);
         CAPTURE(hertz);
@@ -127,18 +113,13 @@ TEST_CASE("the oscillation sets in within 5 % of the stiffness foretold, on the 
             CHECK(growth(device, coupling, 1.05 * largest, ticks) > 0);
             return;
         }
-        double low = 0.5 * largest, high = 2 * largest;
-        REQUIRE(growth(device, coupling, low, ticks) < 0);
-        REQUIRE(growth(device, coupling, high, ticks) > 0);
-        while (high / low > 1.0005) {
-            const double middle = std::sqrt(low * high);
-            (growth(device, coupling, middle, 3 * ticks) < 0 ? low : high) = middle;
-        }
-        const double ratio = largest / std::sqrt(low * high);
+        const double found =
+            onset(largest, 0.0005, [&](double k) { return growth(device, coupling, k, 3 * ticks) > 0; });
+        const double ratio = largest / found;
         lowest = std::min(lowest, ratio);
         highest = std::max(highest, ratio);
         std::printf("%-20s %-5s %4g Hz  foretold %10.4g N/m  found %10.4g N/m  ratio %.4f\n",
-                    device.profile.name, device.arm.name, hertz, largest, std::sqrt(low * high), ratio);
+                    device.profile.name, device.arm.name, hertz, largest, found, ratio);
         CHECK(std::abs(ratio - 1) < 0.05);
     });
     CHECK(cases == 200);
