@@ -2,7 +2,8 @@
  *
  * servo_stage.h - private: what a stage of the tick is. An effect is src/effects/NAME.c and one row of
  * servo_table.c; taking both away takes the effect away and nothing else. Its file is part of the tick:
- * nothing in it may block, allocate, lock, call the system or a transcendental function.
+ * nothing in it may block, allocate, lock, call the system or a transcendental function. A long set-up stands
+ * in NAME_setup.c, which is not.
  */
 #ifndef VXSI_SERVO_STAGE_H
 #define VXSI_SERVO_STAGE_H

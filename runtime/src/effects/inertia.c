@@ -6,152 +6,24 @@
  * equations and Cayley's turn. Kick, then drift (symplectic Euler) for what acts from outside; the spring to
  * the device is implicit.
  */
-#include "../contact_state.h"
-#include "../servo_state.h"
-#include "../vector.h"
+#include "inertia.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Of the body's frame, that of the object's tip; arm is from the centre of mass to the tip. */
-typedef struct inertia {
-    double sample_time, mass, tensor[9], arm[3];
-    double stiffness, damping, square;        /* k, b, radius^2 */
-    double drag, kept;                        /* of the implicit spring: T c and m / (m + T c), c = b + T k */
-    double inverse[9];                        /* of the tensor with the spring */
-    double most_stiffness;                    /* of contact [N/m] */
-    double position[3], velocity[3], spin[3]; /* of the centre of mass, scene; of turning, body */
-    vxs_pose tip;                             /* of the object */
-    vxs_pose last;                            /* of the device, in the tick before */
-} inertia;
 
 /* A body turns at most so far in a tick [rad], where Newton's steps surely end. */
 static const double most_turn = 1;
 enum { NEWTON_STEPS = 8 };
 static const double solved = 1e-15;
 
-static const vxs_effect_constant constants[] = {{"mass", "kg", 0.05, 1e-9, 1e6},
-                                                {"com_x", "m", 0, -1e6, 1e6},
-                                                {"com_y", "m", 0, -1e6, 1e6},
-                                                {"com_z", "m", 0, -1e6, 1e6},
-                                                {"inertia_xx", "kgm^2", 8e-6, 1e-18, 1e9},
-                                                {"inertia_yy", "kgm^2", 8e-6, 1e-18, 1e9},
-                                                {"inertia_zz", "kgm^2", 8e-6, 1e-18, 1e9},
-                                                {"inertia_xy", "kgm^2", 0, -1e9, 1e9},
-                                                {"inertia_xz", "kgm^2", 0, -1e9, 1e9},
-                                                {"inertia_yz", "kgm^2", 0, -1e9, 1e9},
-                                                {"stiffness", "N/m", 1000, 0, 1e9},
-                                                {"damping", "", 1, 0, 1e3},
-                                                {"radius", "m", 0.02, 1e-9, 1e3}};
-
-/* By cofactors. */
-static double invert(const double m[9], double out[9])
-{
-    double columns[3][3], c[3][3];
-    for (int i = 0; i < 9; i++) columns[i % 3][i / 3] = m[i];
-    for (int i = 0; i < 3; i++) vxsi_cross(columns[(i + 1) % 3], columns[(i + 2) % 3], c[i]);
-    double determinant = vxsi_dot(columns[0], c[0]);
-    for (int i = 0; i < 9; i++) out[i] = c[i / 3][i % 3] / determinant;
-    return determinant;
-}
-
-static void tensor_of(const vxs_effect *effect, double m[9])
-{
-    const double *i = effect->as.inertia.inertia;
-    const double full[9] = {i[0], i[3], i[4], i[3], i[1], i[5], i[4], i[5], i[2]};
-    memcpy(m, full, sizeof full);
-}
-
-/* A tensor that a body can have: its sum m x x^T, tr/2 - I, has no eigenvalue below 0, and none of its own is
- * 0. */
-static vxs_result check(const vxs_effect *effect)
-{
-    double m[9], inverse[9];
-    tensor_of(effect, m);
-    const double mean = (m[0] + m[4] + m[8]) / 3, hair = 1e-6 * mean;
-    if (!(invert(m, inverse) > 1e-12 * mean * mean * mean)) return VXS_PARAM;
-    for (int i = 0; i < 9; i++) m[i] = (i % 4 == 0 ? 1.5 * mean + hair : 0) - m[i];
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3;
-        if (!(m[4 * i] >= 0 && m[4 * i] * m[4 * j] - m[3 * i + j] * m[3 * j + i] >= 0)) return VXS_PARAM;
-    }
-    return invert(m, inverse) >= 0 ? VXS_OK : VXS_PARAM;
-}
-
-/* The tensor along the axes of the tip's frame, and the way from the centre of mass to the tip. */
-static void place(const vxs_effect *effect, const vxs_servo_config *config, double tensor[9], double arm[3])
-{
-    double r[9], m[9], half[9];
-    vxs_pose com = vxs_pose_identity();
-    memcpy(com.position, effect->as.inertia.com, sizeof com.position);
-    vxs_pose_compose(&config->grip, &com, &com);
-    vxs_pose_rotation(&com, r);
-    tensor_of(effect, m);
-    for (int row = 0; row < 3; row++) vxsi_rotate(m, r + 3 * row, half + 3 * row);
-    for (int row = 0; row < 3; row++) vxsi_rotate(r, half + 3 * row, tensor + 3 * row);
-    for (int i = 0; i < 3; i++) arm[i] = -com.position[i];
-}
-
-/* How much a force that contact.h's stiffness is about moves the body at most [1/kg]: the largest eigenvalue
- * of the inverse of its mass at the tip, rotations times the shell's radius. */
-static double compliance(const vxs_effect *effect, const vxs_servo_config *config)
-{
-    const double radius = config->shell->radius;
-    double tensor[9], inverse[9], arm[3], columns[6][6], lower[VXSI_STIFFNESS], *to = lower;
-    place(effect, config, tensor, arm);
-    invert(tensor, inverse);
-    for (int n = 0; n < 6; n++) {
-        double force[3] = {n == 0, n == 1, n == 2}, torque[3], turn[3], way[3];
-        vxsi_cross(arm, force, torque);
-        for (int i = 0; i < 3; i++) torque[i] += n == 3 + i ? radius : 0;
-        vxsi_rotate(inverse, torque, turn);
-        vxsi_cross(turn, arm, way);
-        for (int i = 0; i < 3; i++) {
-            columns[n][i] = force[i] / effect->as.inertia.mass + way[i];
-            columns[n][3 + i] = radius * turn[i];
-        }
-    }
-    for (int row = 0; row < 6; row++)
-        for (int column = 0; column <= row; column++) *to++ = columns[column][row];
-    return vxsi_largest_eigenvalue(lower);
-}
-
-static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config *config)
-{
-    inertia *b = self;
-    double sprung[9];
-    b->sample_time = config->coupling.sample_time;
-    b->mass = effect->as.inertia.mass;
-    b->stiffness = effect->as.inertia.stiffness;
-    b->damping = 2 * effect->as.inertia.damping * sqrt(b->stiffness * b->mass);
-    b->square = effect->as.inertia.radius * effect->as.inertia.radius;
-    place(effect, config, b->tensor, b->arm);
-    b->drag = b->sample_time * (b->damping + b->sample_time * b->stiffness);
-    b->kept = b->mass / (b->mass + b->drag);
-    for (int i = 0; i < 9; i++) {
-        double lever = (i % 4 == 0 ? vxsi_dot(b->arm, b->arm) : 0) - b->arm[i / 3] * b->arm[i % 3];
-        sprung[i] = b->tensor[i] + b->drag * ((i % 4 == 0 ? b->square : 0) + b->kept * lever);
-    }
-    invert(sprung, b->inverse);
-    b->most_stiffness = VXSI_CONTACT_SHARE / (compliance(effect, config) * b->sample_time * b->sample_time);
-}
-
-static void attach(void *self, vxs_servo *servo)
-{
-    const inertia *b = self;
-    vxs_contact_config *contact = &servo->config.contact;
-    if (contact->most_stiffness == 0 || contact->most_stiffness > b->most_stiffness)
-        contact->most_stiffness = b->most_stiffness;
-}
-
 static double without_denormals(double value)
 {
     return fabs(value) < 1e-150 ? 0 : value;
 }
 
-static void reset(void *self, const vxs_pose *tip)
+void vxsi_inertia_reset(void *self, const vxs_pose *tip)
 {
-    inertia *b = self;
+    vxsi_inertia *b = self;
     double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, arm[3];
     b->tip = b->last = *tip;
     vxs_pose_rotation(tip, r);
@@ -162,14 +34,14 @@ static void reset(void *self, const vxs_pose *tip)
     }
 }
 
-static void pose(const void *self, const vxs_pose *tip, vxs_pose *body)
+void vxsi_inertia_pose(const void *self, const vxs_pose *tip, vxs_pose *body)
 {
     (void)tip;
-    *body = ((const inertia *)self)->tip;
+    *body = ((const vxsi_inertia *)self)->tip;
 }
 
 /* The turn in the middle of a tick: tensor w + T/2 w x tensor w = momentum. */
-static void turn_in_middle(const inertia *b, const double momentum[3], double w[3])
+static void turn_in_middle(const vxsi_inertia *b, const double momentum[3], double w[3])
 {
     const double half = b->sample_time / 2;
     for (int step = 0; step < NEWTON_STEPS; step++) {
@@ -187,7 +59,7 @@ static void turn_in_middle(const inertia *b, const double momentum[3], double w[
             for (int row = 0; row < 3; row++)
                 slope[3 * row + i] = column[row] + half * (left[row] + right[row]);
         }
-        invert(slope, inverse);
+        vxsi_invert(slope, inverse);
         vxsi_rotate(inverse, rest, way);
         for (int i = 0; i < 3; i++) w[i] += way[i];
         if (vxsi_dot(way, way) <= solved * solved * vxsi_dot(w, w)) return;
@@ -195,7 +67,7 @@ static void turn_in_middle(const inertia *b, const double momentum[3], double w[
 }
 
 /* A tick without anything from outside. */
-static void drift(inertia *b)
+static void drift(vxsi_inertia *b)
 {
     const double t = b->sample_time, *q = b->tip.orientation;
     double size = sqrt(vxsi_dot(b->spin, b->spin)), momentum[3], w[3], r[9], arm[3];
@@ -219,7 +91,7 @@ static void drift(inertia *b)
 
 /* What acts from outside, and the spring as it will be at the tick's end. Leaves the spring's wrench on the
  * device in *wrench. */
-static void kick(inertia *b, vxsi_tick *tick)
+static void kick(vxsi_inertia *b, vxsi_tick *tick)
 {
     vxs_wrench *wrench = &tick->wrench;
     const double t = b->sample_time, c = b->damping + t * b->stiffness;
@@ -254,24 +126,8 @@ static void kick(inertia *b, vxsi_tick *tick)
     b->last = tick->tip;
 }
 
-static void run(void *self, vxsi_tick *tick)
+void vxsi_inertia_run(void *self, vxsi_tick *tick)
 {
     kick(self, tick);
     drift(self);
 }
-
-extern const vxsi_stage vxsi_stage_inertia;
-const vxsi_stage vxsi_stage_inertia = {.effect = VXS_EFFECT_INERTIA,
-                                       .name = "inertia",
-                                       .reads =
-                                           "contact's wrench, the device's pose; in place of the coupling",
-                                       .size = sizeof(inertia),
-                                       .constants = constants,
-                                       .constant_count = sizeof constants / sizeof *constants,
-                                       .check = check,
-                                       .compliance = compliance,
-                                       .set_up = set_up,
-                                       .attach = attach,
-                                       .reset = reset,
-                                       .pose = pose,
-                                       .run = run};
