@@ -88,13 +88,12 @@ static int meets_box(const vxs_voxmap *map, const vxs_pointshell *shell, const v
 static int approach(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map, const vxsi_placement *place)
 {
     vxsi_span *span = &s->span;
-    s->run_first = contact->run_count;
+    s->look_count = 0;
     int is_near = meets_box(map, &contact->shell, place);
     if (is_near)
         vxsi_contact_walk(contact, s, map, place);
     else
         s->root = NULL;
-    s->run_last = contact->run_count;
     s->is_near = is_near;
     span->has_area = (contact->hits.take & VXSI_TAKE_AREA) != 0;
     span->voxel = map->voxel;
@@ -177,11 +176,11 @@ static void add_common(evaluation *e, const double normal[3])
 /* Each force along its hit's own normal: as deep as its channel says, or under the plane of its cell. */
 static void add_own(evaluation *e)
 {
-    const vxsi_kernel *kernel = e->contact->kernel;
-    vxsi_sum_own *sum = e->config->field == VXS_CONTACT_SURFACE ? kernel->sum_own : kernel->sum_given;
+    const int is_given = e->config->field != VXS_CONTACT_SURFACE;
     for (uint32_t n = 0; n < e->count; n++) {
         vxsi_total total;
-        sum(&e->contact->hits, &e->contact->statics[n].span, e->config->reference, &total);
+        e->contact->kernel->sum_own(&e->contact->hits, &e->contact->statics[n].span, e->config->reference,
+                                    is_given, &total);
         for (int i = 0; i < 3; i++) {
             e->force[i] += total.force[i];
             e->moment[i] += total.moment[i];
@@ -319,7 +318,7 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     hits->count = hits->deep_count = hits->overflow = 0;
     if (contact->parts) memset(contact->parts, 0, count * sizeof *contact->parts);
     hits->take = take_of(config);
-    contact->probed = contact->wrong_skips = contact->run_count = contact->wanted_quarters = 0;
+    contact->probed = contact->wrong_skips = 0;
     contact->by_quarters = config->most_points == 0; /* levels of detail are of whole clusters */
     int is_near = 0;
     for (uint32_t n = 0; n < count; n++) {

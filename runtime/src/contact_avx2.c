@@ -79,18 +79,6 @@ VXSI_AVX2 __m256i root_index(const vxs_voxmap *map, const __m256i c[3])
     return _mm256_add_epi32(index, _mm256_srli_epi32(c[2], 6));
 }
 
-/* Whether all of the cells, truncated from u, are in the chunk. What is no cell is INT32_MIN. */
-VXSI_AVX2 int is_in_chunk(const vxsi_chunk *chunk, const __m256 u[3], const __m256i c[3])
-{
-    __m256i differs = _mm256_setzero_si256();
-    for (int axis = 0; axis < 3; axis++)
-        differs =
-            _mm256_or_si256(differs, _mm256_xor_si256(c[axis], _mm256_set1_epi32((int)chunk->at[axis])));
-    /* Truncation is floor where no sign is set. */
-    return _mm256_testz_si256(differs, _mm256_set1_epi32(~(VXS_VOXMAP_CHUNK_CELLS - 1))) &&
-           !_mm256_movemask_ps(_mm256_or_ps(_mm256_or_ps(u[0], u[1]), u[2]));
-}
-
 VXSI_AVX2 void enter_chunk(vxsi_chunk *chunk, const vxs_voxmap *map, const __m256i c[3])
 {
     for (int axis = 0; axis < 3; axis++)
@@ -98,38 +86,48 @@ VXSI_AVX2 void enter_chunk(vxsi_chunk *chunk, const vxs_voxmap *map, const __m25
     chunk->entry = map->root[vxs_voxmap_root_index(map->root_dims, chunk->at[0], chunk->at[1], chunk->at[2])];
 }
 
-/* States from the entries of the cells' bricks. */
-VXSI_AVX2 __m256i states_of(const vxs_voxmap *map, const __m256i c[3], __m256i entry)
+/* Halves of a block, looked up together, step by step: a processor does not see far past what waits for a
+ * gather, and so always has something to do. */
+enum { HALVES = 2 };
+#define EACH for (int v = 0; v < HALVES; v++)
+
+/* From the entries of the cells' bricks to the cells' states. */
+VXSI_AVX2 void states_of(const vxs_voxmap *map, __m256i c[HALVES][3], __m256i state[HALVES])
 {
-    __m256i lanes = is_index(entry);
-    if (!lanes_of(lanes)) return entry;
-    /* Sixteen cells to a 32-bit half word: bits i2 i1 i0 j2 j1 say which, j0 k2 k1 k0 where. */
-    __m256i word = _mm256_or_si256(masked(_mm256_slli_epi32(c[0], 2), 28), low_bits(c[1], 1, 3));
-    __m256i cells =
-        gather(_mm256_setzero_si256(), map->bricks, _mm256_add_epi32(first_of(entry, 5), word), lanes);
-    __m256i shift =
-        _mm256_or_si256(masked(_mm256_slli_epi32(c[1], 4), 16), masked(_mm256_slli_epi32(c[2], 1), 14));
-    __m256i state = masked(_mm256_srlv_epi32(cells, shift), 3);
-    return _mm256_blendv_epi8(entry, state, lanes);
+    __m256i lanes[HALVES];
+    EACH lanes[v] = is_index(state[v]);
+    if (!lanes_of(_mm256_or_si256(lanes[0], lanes[1]))) return;
+    EACH
+    {
+        /* Sixteen cells to a 32-bit half word: bits i2 i1 i0 j2 j1 say which, j0 k2 k1 k0 where. */
+        __m256i word = _mm256_or_si256(masked(_mm256_slli_epi32(c[v][0], 2), 28), low_bits(c[v][1], 1, 3));
+        __m256i cells = gather(_mm256_setzero_si256(), map->bricks,
+                               _mm256_add_epi32(first_of(state[v], 5), word), lanes[v]);
+        __m256i shift = _mm256_or_si256(masked(_mm256_slli_epi32(c[v][1], 4), 16),
+                                        masked(_mm256_slli_epi32(c[v][2], 1), 14));
+        state[v] = _mm256_blendv_epi8(state[v], masked(_mm256_srlv_epi32(cells, shift), 3), lanes[v]);
+    }
 }
 
-/* States of cells that are all in the box and in the chunk. */
-VXSI_AVX2 __m256i states_in_chunk(const vxs_voxmap *map, const vxsi_chunk *chunk, const __m256i c[3])
+/* States of cells truncated from u, wherever they are; those outside the box become cells of it. */
+VXSI_AVX2 void states_anywhere(const vxs_voxmap *map, __m256 u[HALVES][3], __m256i c[HALVES][3],
+                               __m256i state[HALVES])
 {
-    if (chunk->entry < VXS_VOXMAP_ENTRY_FIRST) return _mm256_set1_epi32((int)chunk->entry);
-    const uint32_t *entries =
-        map->chunks + (size_t)(chunk->entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
-    return states_of(map, c, _mm256_i32gather_epi32((const int *)(const void *)entries, chunk_slot(c), 4));
-}
-
-/* States of the cells in `inside`, free elsewhere. */
-VXSI_AVX2 __m256i states(const vxs_voxmap *map, const __m256i c[3], __m256i inside)
-{
-    __m256i entry = gather(_mm256_setzero_si256(), map->root, root_index(map, c), inside);
-    __m256i lanes = is_index(entry);
-    if (!lanes_of(lanes)) return entry;
-    return states_of(map, c,
-                     gather(entry, map->chunks, _mm256_add_epi32(first_of(entry, 9), chunk_slot(c)), lanes));
+    __m256i lanes[HALVES];
+    EACH
+    {
+        __m256 within_all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
+        for (int axis = 0; axis < 3; axis++)
+            within_all = _mm256_and_ps(within_all, within(u[v][axis], (float)map->cells[axis]));
+        const __m256i inside = _mm256_castps_si256(within_all);
+        for (int axis = 0; axis < 3; axis++) c[v][axis] = _mm256_and_si256(c[v][axis], inside);
+        state[v] = gather(_mm256_setzero_si256(), map->root, root_index(map, c[v]), inside);
+        lanes[v] = is_index(state[v]);
+    }
+    if (!lanes_of(_mm256_or_si256(lanes[0], lanes[1]))) return;
+    EACH state[v] =
+        gather(state[v], map->chunks, _mm256_add_epi32(first_of(state[v], 9), chunk_slot(c[v])), lanes[v]);
+    states_of(map, c, state);
 }
 
 /* ((m0 x + m1 y) + m2 z) + b for the three rows */
@@ -139,27 +137,28 @@ VXSI_AVX2 void place(const vxsi_motion *motion, __m256 x, __m256 y, __m256 z, __
 }
 
 /* Appends the lanes in `hits`. */
-VXSI_AVX2 void keep(vxsi_hits *found, const vxs_pointshell *shell, uint32_t point, const __m256 at[3],
-                    const __m256i c[3], unsigned hits)
+VXSI_AVX2 void keep(vxsi_hits *found, const vxs_pointshell *shell, uint32_t point, const __m256i c[3],
+                    unsigned hits)
 {
     __m128i places = _mm_loadl_epi64((const __m128i *)(const void *)found->order[hits]);
     __m256i order = _mm256_cvtepu8_epi32(places);
     uint32_t n = found->count;
-#define KEEP_F(array, v) _mm256_storeu_ps((array) + n, _mm256_permutevar8x32_ps(v, order))
+#define KEEP_F(array, from)                                                                                  \
+    _mm256_storeu_ps((array) + n, _mm256_permutevar8x32_ps(_mm256_loadu_ps((from) + point), order))
 #define KEEP_I(array, v)                                                                                     \
     _mm256_storeu_si256((__m256i *)(void *)((array) + n), _mm256_permutevar8x32_epi32(v, order))
-    KEEP_F(found->x, at[0]);
-    KEEP_F(found->y, at[1]);
-    KEEP_F(found->z, at[2]);
+    KEEP_F(found->x, shell->x);
+    KEEP_F(found->y, shell->y);
+    KEEP_F(found->z, shell->z);
     KEEP_I(found->i, c[0]);
     KEEP_I(found->j, c[1]);
     KEEP_I(found->k, c[2]);
     if (found->take & VXSI_TAKE_NORMAL) {
-        KEEP_F(found->nx, _mm256_loadu_ps(shell->nx + point));
-        KEEP_F(found->ny, _mm256_loadu_ps(shell->ny + point));
-        KEEP_F(found->nz, _mm256_loadu_ps(shell->nz + point));
+        KEEP_F(found->nx, shell->nx);
+        KEEP_F(found->ny, shell->ny);
+        KEEP_F(found->nz, shell->nz);
     }
-    if (found->take & VXSI_TAKE_AREA) KEEP_F(found->area, _mm256_loadu_ps(shell->area + point));
+    if (found->take & VXSI_TAKE_AREA) KEEP_F(found->area, shell->area);
 #undef KEEP_F
 #undef KEEP_I
     n += (uint32_t)__builtin_popcount(hits);
@@ -171,43 +170,55 @@ VXSI_AVX2 void keep(vxsi_hits *found, const vxs_pointshell *shell, uint32_t poin
 }
 
 __attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, const vxs_pointshell *shell,
-                                                       const vxsi_motion *motion, uint32_t first,
-                                                       uint32_t last, vxsi_hits *found)
+                                                       const vxsi_motion *motion, const vxsi_block *blocks,
+                                                       uint32_t count, vxsi_hits *found)
 {
     if (map->chunk_count > max_chunks || map->brick_count > max_bricks) {
-        vxsi_probe_scalar(map, shell, motion, first, last, found);
+        vxsi_probe_scalar(map, shell, motion, blocks, count, found);
         return;
     }
-    const float extent[3] = {(float)map->cells[0], (float)map->cells[1], (float)map->cells[2]};
+    const __m256i beyond = _mm256_set1_epi32(~(VXS_VOXMAP_CHUNK_CELLS - 1)), zero = _mm256_setzero_si256();
     vxsi_chunk chunk = found->chunk;
     const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
-    for (uint32_t point = first; point < last; point += 8) {
-        /* The arrays are padded to whole vectors; lanes beyond the last point do not count. */
-        const __m256 at[3] = {_mm256_loadu_ps(shell->x + point), _mm256_loadu_ps(shell->y + point),
-                              _mm256_loadu_ps(shell->z + point)};
-        __m256 u[3];
-        place(motion, at[0], at[1], at[2], u);
-        __m256i c[3] = {_mm256_cvttps_epi32(u[0]), _mm256_cvttps_epi32(u[1]), _mm256_cvttps_epi32(u[2])},
-                state;
-        if (is_in_chunk(&chunk, u, c)) {
-            state = states_in_chunk(map, &chunk, c);
+    for (uint32_t n = 0; n < count; n++) {
+        const uint32_t point = blocks[n].first;
+        __m256 u[HALVES][3], signs = _mm256_setzero_ps();
+        __m256i c[HALVES][3], state[HALVES], differs = zero;
+        EACH
+        {
+            place(motion, _mm256_loadu_ps(shell->x + point + 8 * v),
+                  _mm256_loadu_ps(shell->y + point + 8 * v), _mm256_loadu_ps(shell->z + point + 8 * v), u[v]);
+            for (int axis = 0; axis < 3; axis++) {
+                c[v][axis] = _mm256_cvttps_epi32(u[v][axis]);
+                const __m256i first = _mm256_set1_epi32((int)chunk.at[axis]);
+                differs = _mm256_or_si256(differs, _mm256_xor_si256(c[v][axis], first));
+                signs = _mm256_or_ps(signs, u[v][axis]);
+            }
+        }
+        /* Truncation is floor where no sign is set; what is no cell is INT32_MIN. */
+        if (!_mm256_testz_si256(differs, beyond) || _mm256_movemask_ps(signs)) {
+            states_anywhere(map, u, c, state);
+            enter_chunk(&chunk, map, c[1]);
+        } else if (chunk.entry < VXS_VOXMAP_ENTRY_FIRST) {
+            EACH state[v] = _mm256_set1_epi32((int)chunk.entry);
         } else {
-            __m256i inside = _mm256_castps_si256(_mm256_and_ps(
-                _mm256_and_ps(within(u[0], extent[0]), within(u[1], extent[1])), within(u[2], extent[2])));
-            if (!lanes_of(inside)) continue;
-            for (int axis = 0; axis < 3; axis++) c[axis] = _mm256_and_si256(c[axis], inside);
-            state = states(map, c, inside);
-            enter_chunk(&chunk, map, c);
+            const uint32_t *entries =
+                map->chunks + (size_t)(chunk.entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
+            EACH state[v] = _mm256_i32gather_epi32((const int *)(const void *)entries, chunk_slot(c[v]), 4);
+            states_of(map, c, state);
         }
-        unsigned hits = lanes_of(_mm256_cmpgt_epi32(state, _mm256_setzero_si256()));
-        if (!hits) continue;
-        if (last - point < 8) hits &= (1u << (last - point)) - 1;
-        if (!takes_interior) {
-            unsigned deep = hits & lanes_of(_mm256_cmpeq_epi32(state, _mm256_set1_epi32(VXS_CELL_INTERIOR)));
-            found->deep_count += (uint32_t)__builtin_popcount(deep);
-            hits &= ~deep;
+        EACH
+        {
+            unsigned hits = blocks[n].which >> 8 * v & lanes_of(_mm256_cmpgt_epi32(state[v], zero));
+            if (!hits) continue;
+            if (!takes_interior) {
+                unsigned deep =
+                    hits & lanes_of(_mm256_cmpeq_epi32(state[v], _mm256_set1_epi32(VXS_CELL_INTERIOR)));
+                found->deep_count += (uint32_t)__builtin_popcount(deep);
+                hits &= ~deep;
+            }
+            if (hits) keep(found, shell, point + 8 * (uint32_t)v, c[v], hits);
         }
-        if (hits) keep(found, shell, point, at, c, hits);
     }
     found->chunk = chunk;
 }
@@ -278,9 +289,9 @@ __attribute__((target("avx2"))) static void cull_avx2(const vxs_voxmap *map, con
 
 #define VXSI_TARGET __attribute__((target("avx2")))
 #define VXSI_NAME(name) name##_avx2
+#define VXSI_LARGER(a, b) ((vd)_mm256_max_pd((__m256d)(a), (__m256d)(b)))
 #include "contact_sum.h"
 #define VXSI_SQRT(v) ((vd)_mm256_sqrt_pd((__m256d)(v)))
-#define VXSI_TO_DOUBLE(v) ((vd)_mm256_cvtepi32_pd((__m128i)(v)))
 #define VXSI_TO_INT(v) ((vi)_mm256_cvttpd_epi32((__m256d)(v)))
 
 __attribute__((target("avx2"))) static void pairs_avx2(const vxsi_channel *channel, const vi corner[3],
@@ -308,7 +319,6 @@ const vxsi_kernel vxsi_kernel_avx2 = {
     .mean = mean_avx2,
     .sum_common = sum_common_avx2,
     .sum_own = sum_own_avx2,
-    .sum_given = sum_given_avx2,
     .set_planes = set_planes_avx2,
 };
 

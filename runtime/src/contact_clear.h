@@ -2,7 +2,8 @@
  *
  * clear of contact_kernel.h in as many lanes as the instruction set has: included once per instruction set,
  * with VXSI_TARGET, VXSI_NAME(), VXSI_WIDTH (lanes) and VXSI_BITS(mask) (one bit for each lane) defined;
- * where there is one, VXSI_GATHER(base, index, lanes) too (32 bits each, 0 in other lanes).
+ * where there is one, VXSI_GATHER(base, index, lanes) too (32 bits each, 0 in other lanes), and
+ * VXSI_LASTING(number), a vector of it, where the compiler makes such vectors again in each turn of a loop.
  *
  * A disc around c with half a thickness t, radius r and axis m reaches no farther along n than
  *     n . c + t |n . m| + r sqrt(n^2 - (n . m)^2).
@@ -25,6 +26,15 @@ typedef int32_t vni __attribute__((vector_size(4 * VXSI_WIDTH)));
         gathered_ &(lanes);                                                                                  \
     })
 #endif
+#ifndef VXSI_LASTING
+#define VXSI_LASTING(number) ((vnf){0} + (number))
+#endif
+#ifndef VXSI_LIST
+#define VXSI_LIST(first, which, looks) vxsi_list_points(first, which, VXSI_WIDTH, looks)
+#endif
+#ifndef VXSI_SET
+#define VXSI_SET(v) VXSI_BITS((v) != 0)
+#endif
 #define TO_FLOAT(v) __builtin_convertvector(v, vnf)
 #define LOAD_N(array, at)                                                                                    \
     __extension__({                                                                                          \
@@ -32,55 +42,83 @@ typedef int32_t vni __attribute__((vector_size(4 * VXSI_WIDTH)));
         memcpy(&loaded_, (array) + (at), sizeof loaded_);                                                    \
         loaded_;                                                                                             \
     })
+/* As they come, 2^24 times as large: a power of two changes no bit of what is compared. */
+#define TOP_BYTE (-(1 << 24))
 #define DOT_N(a, b) (((a)[0] * (b)[0] + (a)[1] * (b)[1]) + (a)[2] * (b)[2])
 
-VXSI_TARGET static uint64_t VXSI_NAME(clear)(const vxs_voxmap *map, const vxsi_discs *discs, uint32_t first,
-                                             uint64_t wanted, const vxsi_motion *motion)
+VXSI_TARGET static uint32_t VXSI_NAME(clear)(const vxs_voxmap *map, const vxsi_discs *discs,
+                                             const vxsi_motion *motion, const vxsi_block *near,
+                                             uint32_t count, vxsi_block *looks)
 {
     /* What rounding may take off the length of an axis: more than it does. */
     static const float longer = 1 + 0x1p-18f;
-    const float voxel = (float)map->voxel;
-    uint64_t clear = 0;
-    if (map->chunk_count > INT32_MAX / VXS_VOXMAP_CHUNK_ENTRIES) return 0; /* indices have 32 bits */
-    for (uint32_t n = 0; n < VXSI_BATCH; n += VXSI_WIDTH) {
-        if (!(wanted >> n & ((UINT64_C(1) << VXSI_WIDTH) - 1))) continue;
-        const uint32_t d = first + n;
+    vxsi_block *const begin = looks;
+    vnf m[9], b[3], extent[3];
+    const vnf voxel = VXSI_LASTING((float)map->voxel), scale = VXSI_LASTING(motion->scale),
+              margin = VXSI_LASTING(motion->margin);
+#pragma GCC unroll 9
+    for (int i = 0; i < 9; i++) m[i] = VXSI_LASTING(motion->m[i]);
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; i++) {
+        b[i] = VXSI_LASTING(motion->b[i]);
+        extent[i] = VXSI_LASTING((float)map->cells[i]);
+    }
+    vxsi_chunk chunk = {{UINT32_MAX, UINT32_MAX, UINT32_MAX}, VXS_CELL_FREE};
+    for (uint32_t n = 0; n < count * VXSI_LANES; n += VXSI_WIDTH) {
+        const vxsi_block *block = &near[n / VXSI_LANES];
+        const uint32_t lane = n % VXSI_LANES, d = block->first + lane;
+        uint32_t which = block->which >> lane & ((1u << VXSI_WIDTH) - 1);
+        if (!which) continue;
         const vnf at[3] = {LOAD_N(discs->x, d), LOAD_N(discs->y, d), LOAD_N(discs->z, d)};
         const vnf axis[3] = {LOAD_N(discs->nx, d), LOAD_N(discs->ny, d), LOAD_N(discs->nz, d)};
         vnf u[3], turned[3];
-        vni cell[3], inside = (vni){0} == 0;
+        vni cell[3], lanes = (vni){0} == 0, differs = {0};
 #pragma GCC unroll 3
         for (int i = 0; i < 3; i++) {
-            const float *m = motion->m + 3 * i;
-            u[i] = ((m[0] * at[0] + m[1] * at[1]) + m[2] * at[2]) + motion->b[i];
-            turned[i] = ((m[0] * axis[0] + m[1] * axis[1]) + m[2] * axis[2]) * voxel;
-            inside &= (u[i] >= 0) & (u[i] < (float)map->cells[i]);
-            cell[i] = __builtin_convertvector((vnf)((vni)u[i] & inside), vni);
+            const vnf *row = m + 3 * i;
+            u[i] = ((row[0] * at[0] + row[1] * at[1]) + row[2] * at[2]) + b[i];
+            turned[i] = (row[0] * axis[0] + row[1] * axis[1]) + row[2] * axis[2];
+            lanes &= (u[i] >= 0) & (u[i] < extent[i]);
+            cell[i] = __builtin_convertvector((vnf)((vni)u[i] & lanes), vni);
+            differs |= cell[i] ^ (int32_t)chunk.at[i];
         }
-        const int32_t *dims = (const int32_t *)map->root_dims;
-        vni index = ((cell[0] >> 6) * dims[1] + (cell[1] >> 6)) * dims[2] + (cell[2] >> 6);
-        const vni entry = VXSI_GATHER(map->root, index & inside, inside);
-        vni lanes = inside & (entry >= VXS_VOXMAP_ENTRY_FIRST);
-        index = (entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES +
-                ((cell[0] << 3 & 7 << 6) | (cell[1] & 7 << 3) | (cell[2] >> 3 & 7));
-        const vni plane = VXSI_GATHER(map->planes, index & lanes, lanes);
+        vni index = (cell[0] << 3 & 7 << 6) | (cell[1] & 7 << 3) | (cell[2] >> 3 & 7);
+        const vxs_voxmap_plane *planes = map->planes;
+        if (VXSI_SET(differs & ~(VXS_VOXMAP_CHUNK_CELLS - 1)) & which) {
+            const int32_t *dims = (const int32_t *)map->root_dims;
+            const vni root = ((cell[0] >> 6) * dims[1] + (cell[1] >> 6)) * dims[2] + (cell[2] >> 6);
+            const vni entry = VXSI_GATHER(map->root, root, lanes);
+            lanes &= entry >= VXS_VOXMAP_ENTRY_FIRST;
+            index |= (entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
+            for (int i = 0; i < 3; i++)
+                chunk.at[i] = (uint32_t)cell[i][0] & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1);
+            chunk.entry = map->root[root[0]];
+        } else {
+            if (chunk.entry < VXS_VOXMAP_ENTRY_FIRST)
+                lanes ^= lanes; /* it has no planes */
+            else
+                planes += (size_t)(chunk.entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
+        }
+        const vni plane = VXSI_GATHER(planes, index & lanes, lanes);
         vnf normal[3], away[3];
 #pragma GCC unroll 3
         for (int i = 0; i < 3; i++) {
-            normal[i] = TO_FLOAT(plane << (24 - 8 * i) >> 24);
+            normal[i] = TO_FLOAT(plane << (24 - 8 * i) & TOP_BYTE);
             away[i] = u[i] - TO_FLOAT((cell[i] & ~7) + 4);
         }
-        const vnf half = LOAD_N(discs->half, d) * motion->scale + motion->margin,
-                  radius = LOAD_N(discs->radius, d) * motion->scale + motion->margin;
+        const vnf half = LOAD_N(discs->half, d) * scale + margin,
+                  radius = LOAD_N(discs->radius, d) * scale + margin;
         const vnf room = VXS_VOXMAP_PLANE_REACH - (half + radius);
-        const vnf along = DOT_N(normal, turned), across = DOT_N(normal, normal) * longer - along * along;
-        const vnf left = (TO_FLOAT(plane >> 24) * VXS_VOXMAP_PLANE_STEP - DOT_N(normal, away)) -
+        const vnf along = DOT_N(normal, turned) * voxel,
+                  across = DOT_N(normal, normal) * longer - along * along;
+        const vnf left = (TO_FLOAT(plane & TOP_BYTE) * VXS_VOXMAP_PLANE_STEP - DOT_N(normal, away)) -
                          half * (vnf)((vni)along & INT32_MAX);
         lanes &= (room >= 0) & (DOT_N(away, away) <= room * room);
         lanes &= (left >= 0) & ((radius * radius) * across <= left * left);
-        clear |= (uint64_t)VXSI_BITS(lanes) << n;
+        which &= ~(uint32_t)VXSI_BITS(lanes);
+        looks += VXSI_LIST(d, which, looks);
     }
-    return clear & wanted;
+    return (uint32_t)(looks - begin);
 }
 
 #endif

@@ -65,27 +65,6 @@ enum {
     GROUP_QUARTERS = VXSI_GROUP_CLUSTERS * CLUSTER_QUARTERS
 };
 
-/* Points of quarters first .. last - 1. */
-static uint32_t points_of(const vxs_pointshell *shell, uint32_t first, uint32_t last, uint32_t *begin)
-{
-    uint32_t end = last * VXSI_QUARTER;
-    *begin = first * VXSI_QUARTER;
-    return (end < shell->point_count ? end : shell->point_count) - *begin;
-}
-
-/* Quarters first .. last - 1 must be looked at. */
-static void want(vxs_contact *contact, const vxsi_static *s, uint32_t first, uint32_t last)
-{
-    vxsi_run *run = contact->runs + contact->run_count;
-    contact->wanted_quarters += last - first;
-    if (contact->run_count > s->run_first && run[-1].last == first) {
-        run[-1].last = last;
-        return;
-    }
-    *run = (vxsi_run){first, last};
-    contact->run_count++;
-}
-
 typedef struct walk {
     vxs_contact *contact;
     vxsi_static *s;
@@ -108,12 +87,16 @@ static uint64_t first_bits(uint32_t count)
 static void skip(walk *w, uint32_t first, uint32_t last, int is_deep)
 {
     vxs_contact *contact = w->contact;
-    uint32_t begin, count = points_of(&contact->shell, first, last, &begin);
-    if (is_deep) contact->hits.deep_count += count;
+    const uint32_t all = contact->shell.point_count, begin = first * VXSI_QUARTER,
+                   end = last * VXSI_QUARTER < all ? last * VXSI_QUARTER : all;
+    if (is_deep) contact->hits.deep_count += end - begin;
     if (contact->culling != VXS_CONTACT_CHECKED) return;
     vxsi_hits found = {.capacity = 0};
-    vxsi_probe_scalar(w->map, &contact->shell, &w->s->motion, begin, begin + count, &found);
-    if (found.overflow || found.deep_count != (is_deep ? count : 0)) contact->wrong_skips++;
+    for (uint32_t n = begin; n < end; n += VXSI_LANES) {
+        const vxsi_block block = {n, (uint32_t)first_bits(end - n) & (uint32_t)first_bits(VXSI_LANES)};
+        vxsi_probe_scalar(w->map, &contact->shell, &w->s->motion, &block, 1, &found);
+    }
+    if (found.overflow || found.deep_count != (is_deep ? end - begin : 0)) contact->wrong_skips++;
 }
 
 /* Of the up to 64 parts with these due times, those that need a test. */
@@ -142,7 +125,7 @@ static uint64_t judge(walk *w, const vxsi_spheres *spheres, uint32_t first, uint
     return left & ~verdict->is_deep;
 }
 
-/* Each bit four times. */
+/* Each of the lowest sixteen bits four times. */
 static uint64_t spread(uint64_t bits)
 {
     bits = (bits | bits << 24) & 0x000000FF000000FFu;
@@ -152,30 +135,69 @@ static uint64_t spread(uint64_t bits)
     return bits * 0xFu;
 }
 
-/* Of the clusters of a group, those in `must`: what of them must be looked at. */
-static void walk_quarters(walk *w, uint32_t first_cluster, uint64_t must)
+/* Of the clusters of a group, those in `must` are near. Without a branch: none would be foreseen. */
+static void list_near(vxs_contact *contact, uint32_t first_cluster, uint64_t must)
 {
-    enum { AT_ONCE = VXSI_BATCH / CLUSTER_QUARTERS };
-    vxs_contact *contact = w->contact;
-    for (uint32_t n = 0; n < VXSI_BATCH; n += AT_ONCE) {
-        const uint32_t base = (first_cluster + n) * CLUSTER_QUARTERS;
-        uint64_t wanted = spread(must >> n & first_bits(AT_ONCE));
-        if (!wanted) continue;
-        wanted &= first_bits(contact->quarters.count - base);
-        if (contact->by_quarters && w->map->planes) {
-            uint64_t clear = contact->kernel->clear(w->map, &contact->quarters, base, wanted, &w->s->motion);
-            wanted &= ~clear;
-            if (contact->culling == VXS_CONTACT_CHECKED) {
-                for (; clear; clear &= clear - 1) skip(w, base + lowest(clear), base + lowest(clear) + 1, 0);
-            }
-        }
-        while (wanted) { /* runs of quarters */
-            uint32_t first = lowest(wanted),
-                     length = ~(wanted >> first) ? lowest(~(wanted >> first)) : VXSI_BATCH;
-            want(contact, w->s, base + first, base + first + length);
-            wanted &= ~(first_bits(length) << first);
+    vxsi_block *near = contact->near + contact->near_count;
+    uint32_t first = first_cluster * CLUSTER_QUARTERS;
+    for (; must; must >>= VXSI_LANES) {
+        uint64_t quarters = spread(must & first_bits(VXSI_LANES));
+        for (int n = 0; n < CLUSTER_QUARTERS; n++, first += VXSI_LANES, quarters >>= VXSI_LANES) {
+            *near = (vxsi_block){first, (uint32_t)(quarters & first_bits(VXSI_LANES))};
+            near += near->which != 0;
         }
     }
+    contact->near_count = (uint32_t)(near - contact->near);
+}
+
+/* The last quarter, or its points, may not all be there. */
+static void end_at(vxsi_block *blocks, uint32_t count, uint32_t end)
+{
+    if (count && end - blocks[count - 1].first < VXSI_LANES)
+        blocks[count - 1].which &= (uint32_t)first_bits(end - blocks[count - 1].first);
+}
+
+/* From what is near to what must be looked at. */
+static void list_looks(walk *w)
+{
+    vxs_contact *contact = w->contact;
+    vxsi_static *s = w->s;
+    const vxsi_discs *quarters = &contact->quarters;
+    const int is_checked = contact->culling == VXS_CONTACT_CHECKED,
+              by_planes = contact->by_quarters && w->map->planes &&
+                          w->map->chunk_count <= INT32_MAX / VXS_VOXMAP_CHUNK_ENTRIES; /* its indices */
+    end_at(contact->near, contact->near_count, quarters->count);
+    if (by_planes && !is_checked)
+        s->look_count = contact->kernel->clear(w->map, quarters, &s->motion, contact->near,
+                                               contact->near_count, s->looks);
+    for (uint32_t n = 0; n < contact->near_count && (!by_planes || is_checked); n++) {
+        const vxsi_block *near = &contact->near[n];
+        vxsi_block *looks = s->looks + s->look_count;
+        uint32_t count = vxsi_list_points(near->first, near->which, VXSI_LANES, looks);
+        if (by_planes) {
+            uint64_t gone = near->which;
+            count = contact->kernel->clear(w->map, quarters, &s->motion, near, 1, looks);
+            for (uint32_t k = 0; k < count; k++)
+                gone &= ~(UINT64_C(1) << (looks[k].first / VXSI_QUARTER - near->first));
+            for (; gone; gone &= gone - 1)
+                skip(w, near->first + lowest(gone), near->first + lowest(gone) + 1, 0);
+        }
+        s->look_count += count;
+    }
+    end_at(s->looks, s->look_count, contact->shell.point_count);
+    s->is_whole = 0;
+}
+
+void vxsi_contact_want_all(const vxs_contact *contact, vxsi_static *s)
+{
+    const uint32_t count = contact->quarters.count;
+    if (!s->is_whole) {
+        for (uint32_t n = 0; n < count; n += VXSI_LANES)
+            vxsi_list_points(n, UINT32_MAX, VXSI_LANES, s->looks + n);
+        end_at(s->looks, count, contact->shell.point_count);
+    }
+    s->look_count = count;
+    s->is_whole = 1;
 }
 
 static void walk_group(walk *w, uint32_t group)
@@ -192,7 +214,7 @@ static void walk_group(walk *w, uint32_t group)
             skip(w, first, first + CLUSTER_QUARTERS, (int)(verdict.is_deep >> lowest(bits) & 1u));
         }
     }
-    walk_quarters(w, base, must);
+    list_near(w->contact, base, must);
     if (w->is_coherent) {
         double least = INFINITY;
         for (uint32_t n = 0; n < count; n++) least = due[n] < least ? due[n] : least;
@@ -227,26 +249,59 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
     walk w = {.contact = contact, .s = s, .map = map};
     motion_of(map, &contact->shell, place, &s->motion);
     if (contact->culling == VXS_CONTACT_BRUTE || !map->clearance_index) {
-        want(contact, s, 0, contact->quarters.count);
+        vxsi_contact_want_all(contact, s);
         return;
     }
     w.is_coherent = contact->culling != VXS_CONTACT_CULLED;
     if (w.is_coherent) advance(contact, s, map, place);
     w.need = s->travel + (double)s->motion.margin;
+    contact->near_count = 0;
     walk_groups(&w);
+    list_looks(&w);
 }
 
-/* Quarters first .. last - 1 at one level of detail. */
-static void look(vxs_contact *contact, const vxs_voxmap *map, const vxsi_motion *motion, uint32_t level,
-                 uint32_t first, uint32_t last)
+/* From `from` on, clusters that stand in `looks` with all their points: to `put`, which is not after it, at a
+ * level of detail. Returns where they end. */
+static uint32_t coarsen(vxsi_block *looks, uint32_t from, uint32_t to, uint32_t put, uint32_t level,
+                        const vxs_pointshell *shell)
 {
-    if (first == last) return;
+    const uint32_t start = put, each = VXS_POINTSHELL_CLUSTER_POINTS >> (2 * level);
+    if (level == 0) {
+        while (from < to) looks[put++] = looks[from++];
+        return put;
+    }
+    for (; from < to; from += CLUSTER_QUARTERS) {
+        const uint32_t begin = looks[from].first >> (2 * level), shift = begin % VXSI_LANES,
+                       left = shell->point_count - begin, first = begin - shift,
+                       which = (uint32_t)first_bits(left < each ? left : each) << shift;
+        if (put > start && looks[put - 1].first == first)
+            looks[put - 1].which |= which;
+        else
+            looks[put++] = (vxsi_block){first, which};
+    }
+    return put;
+}
+
+static uint32_t bits_of(uint32_t which)
+{
+    uint32_t count = 0;
+    for (; which; which &= which - 1) count++;
+    return count;
+}
+
+static void look(vxs_contact *contact, const vxs_voxmap *map, const vxsi_motion *motion, uint32_t level,
+                 const vxsi_block *looks, uint32_t count)
+{
+    if (count == 0) return;
     const vxs_pointshell *shell = level ? &contact->levels[level] : &contact->shell;
-    uint32_t begin = first * VXSI_QUARTER >> (2 * level), end = last * VXSI_QUARTER >> (2 * level);
-    if (last == contact->quarters.count) end = shell->point_count;
-    contact->probed += end - begin;
-    contact->kernel->probe(map, shell, motion, begin, end, &contact->hits);
+    contact->kernel->probe(map, shell, motion, looks, count, &contact->hits);
     if (level > contact->level) contact->level = level;
+    if (level == 0) { /* all but the last are whole */
+        contact->probed += (count - 1) * VXSI_QUARTER;
+        looks += count - 1;
+        count = 1;
+    }
+    for (uint32_t n = 0; n < count; n++) contact->probed += bits_of(looks[n].which);
 }
 
 int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
@@ -254,8 +309,9 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
 {
     /* So many clusters at the coarser of two levels, the others at the finer one, that the points are few
      * enough: one cluster more in contact changes the level of one or two, and the force hardly. */
-    uint64_t most = most_points ? most_points : UINT64_MAX,
-             clusters = (contact->wanted_quarters + CLUSTER_QUARTERS - 1) / CLUSTER_QUARTERS;
+    uint64_t most = most_points ? most_points : UINT64_MAX, clusters = CLUSTER_QUARTERS - 1;
+    for (uint32_t n = 0; n < count; n++) clusters += contact->statics[n].look_count;
+    clusters /= CLUSTER_QUARTERS;
     uint32_t fine = 0, coarse_quarters = 0;
     while (fine < VXSI_LEVELS && clusters * (VXS_POINTSHELL_CLUSTER_POINTS >> (2 * (fine + 1))) > most)
         fine++;
@@ -269,13 +325,16 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
         vxsi_static *s = &contact->statics[n];
         s->span.first = contact->hits.count;
         contact->hits.chunk = (vxsi_chunk){{UINT32_MAX, UINT32_MAX, UINT32_MAX}, VXS_CELL_FREE};
-        for (uint32_t r = s->run_first; r < s->run_last; r++) {
-            vxsi_run run = contact->runs[r];
-            uint32_t coarse = run.last - run.first < coarse_quarters ? run.last - run.first : coarse_quarters;
-            look(contact, statics[n].map, &s->motion, fine + 1, run.first, run.first + coarse);
-            look(contact, statics[n].map, &s->motion, fine, run.first + coarse, run.last);
-            coarse_quarters -= coarse;
+        uint32_t coarse = 0;
+        if (fine || coarse_quarters) {
+            const uint32_t all = s->look_count, own = coarse_quarters < all ? coarse_quarters : all;
+            coarse = coarsen(s->looks, 0, own, 0, fine + 1, &contact->levels[fine + 1]);
+            s->look_count = coarsen(s->looks, own, all, coarse, fine, &contact->levels[fine]);
+            s->is_whole = 0;
+            coarse_quarters -= own;
         }
+        look(contact, statics[n].map, &s->motion, fine + 1, s->looks, coarse);
+        look(contact, statics[n].map, &s->motion, fine, s->looks + coarse, s->look_count - coarse);
         s->span.last = contact->hits.count;
     }
     return contact->probed <= most;

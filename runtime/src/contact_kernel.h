@@ -64,6 +64,11 @@ enum {
     VXSI_LANES = 16 /* of the widest kernel: arrays have room for so many more elements */
 };
 
+/* Up to VXSI_LANES things next to each other: first + n for each bit n that is set. */
+typedef struct vxsi_block {
+    uint32_t first, which;
+} vxsi_block;
+
 /* What is known of up to 64 spheres; bit n and slack[n] belong to sphere first + n. */
 typedef struct vxsi_verdict {
     uint64_t is_free;        /* meets free cells only, */
@@ -75,13 +80,26 @@ typedef struct vxsi_verdict {
 typedef void vxsi_cull(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted,
                        const vxsi_motion *motion, vxsi_verdict *verdict);
 
-/* Which of discs first .. first + 63 meet free cells only, by the map's planes; of those in `wanted`. */
-typedef uint64_t vxsi_clear(const vxs_voxmap *map, const vxsi_discs *discs, uint32_t first, uint64_t wanted,
-                            const vxsi_motion *motion);
+/* Lists in `looks` the points of those discs of `near` that do not meet free cells only, by the map's planes.
+ * Returns how many blocks they are; writes up to VXSI_LANES more. */
+typedef uint32_t vxsi_clear(const vxs_voxmap *map, const vxsi_discs *discs, const vxsi_motion *motion,
+                            const vxsi_block *near, uint32_t count, vxsi_block *looks);
 
-/* Appends what points first .. last - 1 find. */
+/* The points of discs first + n for each of the lowest `lanes` bits n of which. Returns how many blocks they
+ * are. Without a branch: none would be foreseen. */
+static inline uint32_t vxsi_list_points(uint32_t first, uint32_t which, uint32_t lanes, vxsi_block *looks)
+{
+    uint32_t count = 0;
+    for (uint32_t n = 0; n < lanes; n++, which >>= 1) {
+        looks[count] = (vxsi_block){(first + n) * VXSI_QUARTER, (1u << VXSI_QUARTER) - 1};
+        count += which & 1;
+    }
+    return count;
+}
+
+/* Appends what the points of the blocks find. */
 typedef void vxsi_probe(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
-                        uint32_t first, uint32_t last, vxsi_hits *hits);
+                        const vxsi_block *blocks, uint32_t count, vxsi_hits *hits);
 
 /* Which hits, and where the map is to the shell: cell centre C = h (cell + 1/2), p = R x + t. */
 typedef struct vxsi_span {
@@ -102,15 +120,14 @@ typedef void vxsi_mean(const vxsi_hits *hits, const vxsi_span *span, int only_de
 
 /* Of forces along one unit normal n (shell frame), or along each point's own: w = d (or d times area),
  *   common: weight = sum w, moment = sum w x;   own: force = sum w n, moment = sum w (x - o) x n.
- * d is the depth under the plane through the cell's centre; for sum_given, which is own but for that,
- * hits.depth. */
+ * d is the depth under the plane through the cell's centre; is_given: hits.depth. */
 typedef struct vxsi_total {
     double weight, force[3], moment[3], depth;
 } vxsi_total;
 typedef void vxsi_sum_common(const vxsi_hits *hits, const vxsi_span *span, const double normal[3],
                              vxsi_total *total);
 typedef void vxsi_sum_own(const vxsi_hits *hits, const vxsi_span *span, const double reference[3],
-                          vxsi_total *total);
+                          int is_given, vxsi_total *total);
 
 /* Fills hits.depth with the depths under the planes of the cells along the hits' normals; only_deeper: where
  * they are larger than what is there. */
@@ -123,7 +140,7 @@ typedef struct vxsi_kernel {
     vxsi_sample *sample;
     vxsi_mean *mean;
     vxsi_sum_common *sum_common;
-    vxsi_sum_own *sum_own, *sum_given;
+    vxsi_sum_own *sum_own;
     vxsi_set_planes *set_planes;
 } vxsi_kernel;
 

@@ -18,26 +18,36 @@ typedef float vf __attribute__((vector_size(4 * VXSI_DOUBLES)));
 typedef int32_t vi __attribute__((vector_size(4 * VXSI_DOUBLES)));
 typedef uint32_t vu __attribute__((vector_size(4 * VXSI_DOUBLES)));
 typedef int64_t vl __attribute__((vector_size(8 * VXSI_DOUBLES)));
+/* Of another kind. What the compiler splits in halves (AVX-512), a kernel defines before. */
+#ifndef VXSI_TO_DOUBLE
+#define VXSI_TO_DOUBLE(v) __builtin_convertvector(v, vd)    /* of vi */
+#define VXSI_FLOAT_DOUBLE(v) __builtin_convertvector(v, vd) /* of vf */
+#define VXSI_DOUBLE_FLOAT(v) __builtin_convertvector(v, vf)
+#endif
 #define LOAD_F(array, at)                                                                                    \
     __extension__({                                                                                          \
         vf loaded_;                                                                                          \
         memcpy(&loaded_, (array) + (at), sizeof loaded_);                                                    \
-        __builtin_convertvector(loaded_, vd);                                                                \
+        VXSI_FLOAT_DOUBLE(loaded_);                                                                          \
     })
 #define LOAD_I(array, at)                                                                                    \
     __extension__({                                                                                          \
         vi loaded_;                                                                                          \
         memcpy(&loaded_, (array) + (at), sizeof loaded_);                                                    \
-        __builtin_convertvector(loaded_, vd);                                                                \
+        VXSI_TO_DOUBLE(loaded_);                                                                             \
     })
 #define STORE_F(array, at, v)                                                                                \
     do {                                                                                                     \
-        vf stored_ = __builtin_convertvector(v, vf);                                                         \
+        vf stored_ = VXSI_DOUBLE_FLOAT(v);                                                                   \
         memcpy((array) + (at), &stored_, sizeof stored_);                                                    \
     } while (0)
 /* Lanes of v where mask is not 0, else +0; and of two. */
 #define KEEP(mask, v) ((vd)((mask) & (vl)(v)))
 #define SELECT(mask, v, otherwise) ((vd)(((mask) & (vl)(v)) | (~(mask) & (vl)(otherwise))))
+/* a where a > b, else b. */
+#ifndef VXSI_LARGER
+#define VXSI_LARGER(a, b) SELECT((a) > (b), a, b)
+#endif
 #define ABS(v) ((vd)((vl)(v)&INT64_MAX))
 #if VXSI_DOUBLES == 8
 #define PLACES ((vl){0, 1, 2, 3, 4, 5, 6, 7})

@@ -185,13 +185,15 @@ double vxs_contact_point_cost(vxs_contact *contact)
         motion.b[i] = (float)(32 - scale * shell->center[i]);
     }
     vxsi_hits *hits = &contact->hits;
+    vxsi_static *all = contact->statics;
+    vxsi_contact_want_all(contact, all);
     double least = INFINITY;
     for (int round = 0; round < 7; round++) {
         double sum[3], count, begin = now();
         vxsi_total total;
         hits->count = hits->deep_count = hits->overflow = 0;
         hits->take = VXSI_TAKE_NORMAL | VXSI_TAKE_AREA;
-        contact->kernel->probe(&map, shell, &motion, 0, shell->point_count, hits);
+        contact->kernel->probe(&map, shell, &motion, all->looks, all->look_count, hits);
         vxsi_span span = {
             .last = hits->count, .has_area = 1, .voxel = 1, .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
         contact->kernel->mean(hits, &span, 0, sum, &count);

@@ -128,13 +128,15 @@ static inline void keep(vxsi_hits *found, const vxs_pointshell *shell, uint32_t 
 }
 
 static void probe_neon(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
-                       uint32_t first, uint32_t last, vxsi_hits *found)
+                       const vxsi_block *blocks, uint32_t count, vxsi_hits *found)
 {
     const float32x4_t zero = vdupq_n_f32(0);
     vxsi_chunk chunk = found->chunk;
     const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
-    for (uint32_t point = first; point < last; point += 4) {
-        /* The arrays are padded to whole vectors; lanes beyond the last point do not count. */
+    for (uint32_t n = 0; n < 4 * count; n++) {
+        const uint32_t lane = n % 4 * 4, point = blocks[n / 4].first + lane,
+                       which = blocks[n / 4].which >> lane & 0xF;
+        if (!which) continue;
         const float32x4_t at[3] = {vld1q_f32(shell->x + point), vld1q_f32(shell->y + point),
                                    vld1q_f32(shell->z + point)};
         float32x4_t u[3];
@@ -153,9 +155,8 @@ static void probe_neon(const vxs_voxmap *map, const vxs_pointshell *shell, const
             if (!lanes) continue;
             state = states(map, &chunk, c, lanes);
         }
-        unsigned hits = lanes_of(vtstq_u32(state, state));
+        unsigned hits = which & lanes_of(vtstq_u32(state, state));
         if (!hits) continue;
-        if (last - point < 4) hits &= (1u << (last - point)) - 1;
         if (!takes_interior) {
             unsigned deep = hits & lanes_of(vceqq_u32(state, vdupq_n_u32(VXS_CELL_INTERIOR)));
             found->deep_count += (uint32_t)__builtin_popcount(deep);
@@ -225,7 +226,6 @@ const vxsi_kernel vxsi_kernel_neon = {
     .mean = mean_neon,
     .sum_common = sum_common_neon,
     .sum_own = sum_own_neon,
-    .sum_given = sum_given_neon,
     .set_planes = set_planes_neon,
 };
 

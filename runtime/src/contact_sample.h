@@ -2,7 +2,7 @@
  *
  * sample of contact_kernel.h in VXSI_DOUBLES lanes: the same operations in the same order as
  * contact_channel.c and no fused multiply-add, so the same bits. Included once per instruction set, with
- * VXSI_TARGET, VXSI_NAME(), VXSI_SQRT(v), VXSI_TO_INT(v) (truncated) and VXSI_TO_DOUBLE(v) defined.
+ * VXSI_TARGET, VXSI_NAME(), VXSI_SQRT(v) and VXSI_TO_INT(v) (truncated) defined.
  */
 #include "contact_channel.h"
 #include "contact_lanes.h"

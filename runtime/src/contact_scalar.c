@@ -47,12 +47,15 @@ void vxsi_cull_scalar(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
 }
 
 void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
-                       uint32_t first, uint32_t last, vxsi_hits *hits)
+                       const vxsi_block *blocks, uint32_t count, vxsi_hits *hits)
 {
     const float *m = motion->m, *b = motion->b;
     const float extent[3] = {(float)map->cells[0], (float)map->cells[1],
                              (float)map->cells[2]}; /* exact: <= 2^20 */
-    for (uint32_t point = first; point < last; point++) {
+    for (uint32_t n = 0; n < count * VXSI_LANES; n++) {
+        const vxsi_block *block = &blocks[n / VXSI_LANES];
+        const uint32_t point = block->first + n % VXSI_LANES;
+        if (!(block->which >> n % VXSI_LANES & 1)) continue;
         float x = shell->x[point], y = shell->y[point], z = shell->z[point];
         float u0 = to_cells(m, b[0], x, y, z), u1 = to_cells(m + 3, b[1], x, y, z),
               u2 = to_cells(m + 6, b[2], x, y, z);
@@ -69,18 +72,18 @@ void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const
             hits->overflow = 1;
             continue;
         }
-        uint32_t n = hits->count++;
-        hits->x[n] = x;
-        hits->y[n] = y;
-        hits->z[n] = z;
-        hits->i[n] = (int32_t)cell[0];
-        hits->j[n] = (int32_t)cell[1];
-        hits->k[n] = (int32_t)cell[2];
+        uint32_t at = hits->count++;
+        hits->x[at] = x;
+        hits->y[at] = y;
+        hits->z[at] = z;
+        hits->i[at] = (int32_t)cell[0];
+        hits->j[at] = (int32_t)cell[1];
+        hits->k[at] = (int32_t)cell[2];
         if (hits->take & VXSI_TAKE_NORMAL) {
-            hits->nx[n] = shell->nx[point];
-            hits->ny[n] = shell->ny[point];
-            hits->nz[n] = shell->nz[point];
+            hits->nx[at] = shell->nx[point];
+            hits->ny[at] = shell->ny[point];
+            hits->nz[at] = shell->nz[point];
         }
-        if (hits->take & VXSI_TAKE_AREA) hits->area[n] = shell->area[point];
+        if (hits->take & VXSI_TAKE_AREA) hits->area[at] = shell->area[point];
     }
 }

@@ -28,6 +28,5 @@ const vxsi_kernel vxsi_kernel_scalar = {
     .mean = mean_scalar,
     .sum_common = sum_common_scalar,
     .sum_own = sum_own_scalar,
-    .sum_given = sum_given_scalar,
     .set_planes = set_planes_scalar,
 };

@@ -76,14 +76,16 @@ static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshel
     take_spheres(&a, &contact->groups, group_count(shell));
     const uint32_t quarters = (shell->point_count + VXSI_QUARTER - 1) / VXSI_QUARTER;
     take_discs(&a, &contact->quarters, quarters);
-    contact->runs = take(&a, (size_t)statics * (quarters / 2 + 1), sizeof(vxsi_run));
+    contact->near = take(&a, quarters / VXSI_LANES + 2, sizeof(vxsi_block));
     contact->statics = take(&a, statics, sizeof(vxsi_static));
     for (uint32_t n = 0; n < statics; n++) {
         double *due = take(&a, shell->cluster_count, sizeof(double));
         double *group_due = take(&a, group_count(shell), sizeof(double));
+        vxsi_block *looks = take(&a, (size_t)quarters + VXSI_LANES, sizeof(vxsi_block));
         if (memory) {
             contact->statics[n].due = due;
             contact->statics[n].group_due = group_due;
+            contact->statics[n].looks = looks;
         }
     }
     return a.used;
@@ -92,7 +94,7 @@ static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshel
 size_t vxs_contact_memory(const vxs_pointshell *shell, uint32_t statics)
 {
     vxs_contact unplaced;
-    return shell ? lay_out(&unplaced, NULL, shell, statics) : 0;
+    return shell ? lay_out(&unplaced, NULL, shell, statics) + ALIGNMENT : 0;
 }
 
 #if defined(__x86_64__)
@@ -230,8 +232,9 @@ vxs_result vxs_contact_init(void *memory, size_t size, const vxs_pointshell *she
     if ((uintptr_t)memory % 16 != 0 || size < vxs_contact_memory(shell, statics)) return VXS_BUFFER;
     /* Every page is touched here, so that none faults in a tick. */
     memset(memory, 0, vxs_contact_memory(shell, statics));
-    vxs_contact *contact = memory;
-    lay_out(contact, memory, shell, statics);
+    uint8_t *aligned = (uint8_t *)round_up((uintptr_t)memory); /* else a whole vector is in two cache lines */
+    vxs_contact *contact = (vxs_contact *)(void *)aligned;
+    lay_out(contact, aligned, shell, statics);
     contact->shell = *shell;
     contact->static_capacity = statics;
     contact->hits.capacity = shell->point_count;

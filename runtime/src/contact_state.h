@@ -14,11 +14,6 @@ enum { VXSI_GROUP_CLUSTERS = VXSI_BATCH };
 /* Levels of detail above the shell itself, which is level 0; each has a quarter of the points of the last. */
 enum { VXSI_LEVELS = 3 };
 
-/* Quarters of clusters first .. last - 1 of one static have to be looked at. */
-typedef struct vxsi_run {
-    uint32_t first, last;
-} vxsi_run;
-
 /* The shell in a map's frame, origin at the box's corner. */
 typedef struct vxsi_placement {
     double rotation[9];
@@ -32,9 +27,11 @@ typedef struct vxsi_static {
     double *due;       /* per cluster: free of contact until travel exceeds this */
     double *group_due; /* per group: the least of its clusters' */
     vxsi_motion motion;
-    int is_near;                  /* the shell's bounding sphere meets the map's box */
-    uint32_t run_first, run_last; /* what to look at in this evaluation */
-    vxsi_span span;               /* and what was found */
+    int is_near;       /* the shell's bounding sphere meets the map's box */
+    vxsi_block *looks; /* points to look at in this evaluation */
+    uint32_t look_count;
+    int is_whole;   /* looks lists all the shell's points, as it did before */
+    vxsi_span span; /* and what was found */
 } vxsi_static;
 
 struct vxs_contact {
@@ -46,8 +43,8 @@ struct vxs_contact {
     vxsi_hits hits;
     vxsi_spheres clusters, groups;
     vxsi_discs quarters;
-    vxsi_run *runs; /* of all statics, one after the other */
-    uint32_t run_count, wanted_quarters;
+    vxsi_block *near; /* of quarters, of the static at hand: not free by their clusters' spheres */
+    uint32_t near_count;
     int by_quarters; /* quarters of a cluster are told apart; else it is looked at as a whole */
     int has_levels;
     vxs_pointshell levels[VXSI_LEVELS + 1]; /* from 1 on: the level's arrays */
@@ -97,13 +94,15 @@ void vxsi_add_stiffness(const vxsi_hits *hits, const vxsi_span *span, const doub
 /* The largest eigenvalue, or up to 0.05 % more, of a matrix that has none below 0. */
 double vxsi_largest_eigenvalue(const double matrix[VXSI_STIFFNESS]);
 
-/* Lists in contact->runs what of the shell at `place` must be looked at; remembers the place for the next
- * time. */
+/* Lists in s->looks what of the shell at `place` must be looked at; remembers the place for the next time. */
 void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
                        const vxsi_placement *place);
 
-/* Looks at the runs: finds the hits of each static. most_points: 0, or the levels of detail are chosen so
- * that no more are looked at. Returns 0 if the coarsest level is not coarse enough. */
+/* Lists all the shell's points there. */
+void vxsi_contact_want_all(const vxs_contact *contact, vxsi_static *s);
+
+/* Looks at what is listed: finds the hits of each static. most_points: 0, or the levels of detail are chosen
+ * so that no more are looked at. Returns 0 if the coarsest level is not coarse enough. */
 int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, uint32_t count,
                       uint32_t most_points);
 

@@ -24,13 +24,19 @@ VXSI_TARGET static void VXSI_NAME(mean)(const vxsi_hits *hits, const vxsi_span *
     for (uint32_t first = span->first; first < span->last; first += SUMS) {
 #pragma GCC unroll 2
         for (uint32_t v = 0, n = first; v < VECTORS; v++, n += VXSI_DOUBLES) {
-            vl lanes = zero == zero;
-            if (!ALL_LANES(span, n)) lanes = LANES_OF(span, n);
-            if (only_deep) lanes &= LOAD_F(hits->depth, n) > zero;
-            x[v] += KEEP(lanes, LOAD_F(hits->nx, n));
-            y[v] += KEEP(lanes, LOAD_F(hits->ny, n));
-            z[v] += KEEP(lanes, LOAD_F(hits->nz, n));
-            number[v] += KEEP(lanes, one);
+            vd nx = LOAD_F(hits->nx, n), ny = LOAD_F(hits->ny, n), nz = LOAD_F(hits->nz, n), counts = one;
+            if (only_deep || !ALL_LANES(span, n)) {
+                vl lanes = LANES_OF(span, n);
+                if (only_deep) lanes &= LOAD_F(hits->depth, n) > zero;
+                nx = KEEP(lanes, nx);
+                ny = KEEP(lanes, ny);
+                nz = KEEP(lanes, nz);
+                counts = KEEP(lanes, one);
+            }
+            x[v] += nx;
+            y[v] += ny;
+            z[v] += nz;
+            number[v] += counts;
         }
     }
     sum[0] = VXSI_NAME(add_sums)(x);
@@ -67,11 +73,9 @@ VXSI_TARGET static void VXSI_NAME(sum_common)(const vxsi_hits *hits, const vxsi_
             vd x = LOAD_F(hits->x, n), y = LOAD_F(hits->y, n), z = LOAD_F(hits->z, n);
             vd center =
                 ((hx * LOAD_I(hits->i, n) + hy * LOAD_I(hits->j, n)) + hz * LOAD_I(hits->k, n)) + constant;
-            vd depth = center - ((nx * x + ny * y) + nz * z);
-            vl lanes = depth > zero;
-            if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
-            depth = KEEP(lanes, depth);
-            deepest = SELECT(depth > deepest, depth, deepest);
+            vd depth = VXSI_LARGER(center - ((nx * x + ny * y) + nz * z), zero);
+            if (!ALL_LANES(span, n)) depth = KEEP(LANES_OF(span, n), depth);
+            deepest = VXSI_LARGER(depth, deepest);
             const vd w = span->has_area ? depth * LOAD_F(hits->area, n) : depth;
             weight[v] += w;
             mx[v] += w * x;
@@ -114,9 +118,8 @@ VXSI_TARGET static void VXSI_NAME(set_planes)(vxsi_hits *hits, const vxsi_span *
     }
 }
 
-VXSI_TARGET static inline __attribute__((always_inline)) void
-VXSI_NAME(sum_each)(const vxsi_hits *hits, const vxsi_span *span, const double reference[3], int is_given,
-                    vxsi_total *total)
+VXSI_TARGET static void VXSI_NAME(sum_own)(const vxsi_hits *hits, const vxsi_span *span,
+                                           const double reference[3], int is_given, vxsi_total *total)
 {
     const double ox = reference[0], oy = reference[1], oz = reference[2];
     const vd zero = {0};
@@ -131,10 +134,9 @@ VXSI_NAME(sum_each)(const vxsi_hits *hits, const vxsi_span *span, const double r
                 depth = LOAD_F(hits->depth, n);
             else
                 VXSI_NAME(depth_under)(hits, span, n, &depth);
-            vl lanes = depth > zero;
-            if (!ALL_LANES(span, n)) lanes &= LANES_OF(span, n);
-            depth = KEEP(lanes, depth);
-            deepest = SELECT(depth > deepest, depth, deepest);
+            depth = VXSI_LARGER(depth, zero);
+            if (!ALL_LANES(span, n)) depth = KEEP(LANES_OF(span, n), depth);
+            deepest = VXSI_LARGER(depth, deepest);
             const vd w = span->has_area ? depth * LOAD_F(hits->area, n) : depth;
             nx *= w;
             ny *= w;
@@ -154,16 +156,4 @@ VXSI_NAME(sum_each)(const vxsi_hits *hits, const vxsi_span *span, const double r
     total->moment[1] = VXSI_NAME(add_sums)(my);
     total->moment[2] = VXSI_NAME(add_sums)(mz);
     total->depth = VXSI_NAME(largest)(&deepest);
-}
-
-VXSI_TARGET static void VXSI_NAME(sum_own)(const vxsi_hits *hits, const vxsi_span *span,
-                                           const double reference[3], vxsi_total *total)
-{
-    VXSI_NAME(sum_each)(hits, span, reference, 0, total);
-}
-
-VXSI_TARGET static void VXSI_NAME(sum_given)(const vxsi_hits *hits, const vxsi_span *span,
-                                             const double reference[3], vxsi_total *total)
-{
-    VXSI_NAME(sum_each)(hits, span, reference, 1, total);
 }
