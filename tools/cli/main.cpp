@@ -2,6 +2,7 @@
 // voxshell VERB ...: finds the verb, runs it, and turns whatever it ends with into one line and an exit code.
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
+#include "pipeline/output.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -10,6 +11,8 @@
 #include <cstdio>
 #include <cstring>
 #include <string>
+
+#include <unistd.h>
 
 namespace voxshell {
 namespace {
@@ -119,6 +122,11 @@ int run(int argc, char **argv)
         for (const auto &[sub, action] : actions) {
             if (!sub->parsed()) continue;
             catch_interrupts();
+            if (find_verb(chosen)->leaves)
+                leave_when_interrupted([&chosen] {
+                    Outputs::abandon_all();
+                    _exit(complain(chosen, Failure(ExitCode::interrupted, "", "interrupted")));
+                });
             const ExitCode code = action();
             if (std::fflush(stdout) != 0 || std::ferror(stdout))
                 throw Failure(ExitCode::system, "standard output", std::strerror(errno));

@@ -19,6 +19,7 @@ namespace voxshell {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+std::function<void()> leave;
 
 extern "C" void remember_interrupt(int)
 {
@@ -29,14 +30,22 @@ class Watched : public Progress {
   public:
     void check() override
     {
-        if (interrupted) throw Failure(ExitCode::interrupted, "", "interrupted");
+        if (!interrupted) return;
+        if (leave) {
+            wipe();
+            leave();
+        }
+        throw Failure(ExitCode::interrupted, "", "interrupted");
     }
+
+  protected:
+    virtual void wipe() {} ///< what is shown
 };
 
 class Shown final : public Watched {
   public:
     explicit Shown(bool json) : json_(json) {}
-    ~Shown() override { wipe(); }
+    ~Shown() override { Shown::wipe(); }
 
     void stage(std::string_view name, std::uint64_t total) override
     {
@@ -80,7 +89,7 @@ class Shown final : public Watched {
         drawn_ = true;
     }
 
-    void wipe()
+    void wipe() override
     {
         if (drawn_) std::fputs("\r\033[K", stderr);
     }
@@ -114,6 +123,11 @@ void catch_interrupts()
     sigemptyset(&action.sa_mask);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+}
+
+void leave_when_interrupted(std::function<void()> how)
+{
+    leave = std::move(how);
 }
 
 bool may_colour(int descriptor)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string_view>
 
@@ -30,6 +31,10 @@ std::unique_ptr<Progress> make_progress(ProgressMode mode, bool quiet);
 /// From now on SIGINT and SIGTERM are remembered for check() instead of ending the process; a second one ends
 /// it.
 void catch_interrupts();
+
+/// From now on an interrupted check() calls `leave`, which must end the process, instead of throwing: to take
+/// apart what fills gigabytes takes longer than somebody who pressed ^C waits.
+void leave_when_interrupted(std::function<void()> leave);
 
 /// True if text on this file descriptor may be coloured: a terminal, and no NO_COLOR.
 bool may_colour(int descriptor);

@@ -22,6 +22,7 @@ struct Verb {
     const char *summary; ///< one line for --help
     const char *example; ///< one or two command lines, printed first by --help
     VerbAction (*add)(CLI::App &);
+    bool leaves = false; ///< at ^C at once: it has no child, and nothing on the disk but Outputs
 };
 
 std::span<const Verb> verbs();

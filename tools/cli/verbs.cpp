@@ -7,7 +7,7 @@ std::span<const Verb> verbs()
 {
     static constexpr Verb table[] = {
         {"convert", "CAD files and scenes to assets: .stl .gltf .glb .scene.json -> .vdb .voxmap .pointshell",
-         "voxshell convert part.stl --unit mm -o out --voxel 0.5mm", add_convert},
+         "voxshell convert part.stl --unit mm -o out --voxel 0.5mm", add_convert, true},
         {"inspect", "what is in an asset", "voxshell inspect out/part.voxmap", add_inspect},
         {"verify", "every rule of the format, checksums and semantics",
          "voxshell verify out/\nvoxshell verify out/part.pointshell --against part.stl --unit mm",

@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <mutex>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -82,11 +82,21 @@ fs::path folder_of(const fs::path &path)
     return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+std::mutex living_mutex; ///< of `living`, and of what each of them has made and not committed
+std::vector<Outputs *> living;
+
 } // namespace
+
+Outputs::Outputs(bool force) : force_(force)
+{
+    const std::lock_guard lock(living_mutex);
+    living.push_back(this);
+}
 
 /// Makes the folders above `path`; whether a regular file is there already.
 bool Outputs::make_way(const fs::path &path)
 {
+    const std::lock_guard lock(living_mutex);
     const fs::path folder = folder_of(path);
     std::vector<fs::path> missing;
     for (fs::path at = folder; !at.empty() && !fs::exists(at); at = at.parent_path()) missing.push_back(at);
@@ -109,7 +119,8 @@ bool Outputs::make_way(const fs::path &path)
 /// A temporary file beside `path`, pending; its descriptor.
 int Outputs::create(const fs::path &path)
 {
-    static std::atomic<unsigned> serial{0};
+    static unsigned serial = 0;
+    const std::lock_guard lock(living_mutex);
     const fs::path temporary =
         folder_of(path) / fmt::format(".{}.{}-{}.tmp", path.filename().string(), getpid(), serial++);
     const int file = open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -123,6 +134,7 @@ void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes, Pro
     Progress silent, &progress = watched ? *watched : silent;
     if (make_way(path)) {
         if (same_content(path, bytes, progress)) {
+            const std::lock_guard lock(living_mutex);
             pending_.push_back({{}, path});
             return;
         }
@@ -171,6 +183,7 @@ void Outputs::add(const fs::path &path, const std::string &text)
 
 void Outputs::commit()
 {
+    const std::lock_guard lock(living_mutex);
     for (Pending &each : pending_) {
         if (each.temporary.empty()) continue;
         if (std::rename(each.temporary.c_str(), each.target.c_str()) != 0) fail(each.target, errno);
@@ -185,12 +198,25 @@ void Outputs::commit()
     made_folders_.clear();
 }
 
-Outputs::~Outputs()
+void Outputs::abandon()
 {
     for (const Pending &each : pending_)
         if (!each.temporary.empty()) unlink(each.temporary.c_str());
     for (auto at = made_folders_.rbegin(); at != made_folders_.rend(); ++at)
         rmdir(at->c_str()); // only if empty
+}
+
+Outputs::~Outputs()
+{
+    const std::lock_guard lock(living_mutex);
+    abandon();
+    std::erase(living, this);
+}
+
+void Outputs::abandon_all()
+{
+    living_mutex.lock(); // for good: who else comes waits for the end
+    for (Outputs *each : living) each->abandon();
 }
 
 } // namespace voxshell

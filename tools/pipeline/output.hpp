@@ -17,10 +17,14 @@ namespace voxshell {
 /// A set of output files that come into being together: each is written under a temporary name in its target
 /// folder, synced, and renamed by commit(). Destroyed without commit (a Failure, ^C), it leaves nothing
 /// behind, neither files nor the folders that it made. Throws Failure(system) on any error, with the path.
+/// Each is used by one thread; abandon_all() may come from any.
 class Outputs {
   public:
-    explicit Outputs(bool force) : force_(force) {}
+    explicit Outputs(bool force);
     ~Outputs();
+    /// Takes away what is not committed, of all that there are, and lets nobody add or commit again: for a
+    /// process that is about to end without unwinding. Waits for a commit() that has begun.
+    static void abandon_all();
     Outputs(const Outputs &) = delete;
     Outputs &operator=(const Outputs &) = delete;
     /// Writes the bytes under a temporary name. An existing file with other content is refused
@@ -40,6 +44,7 @@ class Outputs {
     };
     bool make_way(const std::filesystem::path &path);
     int create(const std::filesystem::path &path);
+    void abandon();
     std::vector<Pending> pending_;
     std::vector<std::filesystem::path> made_folders_;
     bool force_;

@@ -46,7 +46,8 @@ Wide ceil_divide(Wide a, Wide b) // b > 0
 /// the centre of the column's first row in i and j, to that of the origin's cell in k; `up`: the normal's k >
 /// 0.
 template<class Visit>
-void Crossings::each_rows(const LatticeMesh &mesh, std::size_t triangle, Visit &&visit) const
+void Crossings::each_rows(const LatticeMesh &mesh, std::size_t triangle, Progress &progress,
+                          Visit &&visit) const
 {
     constexpr std::int64_t half = lattice_per_cell / 2, narrow_extent = std::int64_t{1} << 28;
     std::array<LatticePoint, 3> v;
@@ -61,6 +62,7 @@ void Crossings::each_rows(const LatticeMesh &mesh, std::size_t triangle, Visit &
     const auto [low_j, high_j] = std::minmax({v[0][1], v[1][1], v[2][1]});
     const bool narrow = std::max(high_i - low_i, high_j - low_j) <= narrow_extent;
     for (std::int64_t i = low_i >> brick_shift; i <= high_i >> brick_shift; ++i) {
+        progress.check(); // one triangle can be as long as the part
         const Column first{static_cast<std::int32_t>(i), static_cast<std::int32_t>(low_j >> brick_shift)};
         for (auto at = std::lower_bound(columns_.begin(), columns_.end(), first);
              at != columns_.end() && at->first == i && at->second <= high_j >> brick_shift; ++at) {
@@ -82,11 +84,10 @@ Crossings::Crossings(const LatticeMesh &mesh, const Cells &cells, Progress &prog
         if (columns_.empty() || columns_.back() != Column{b.at[0], b.at[1]})
             columns_.emplace_back(b.at[0], b.at[1]);
 
-    constexpr std::size_t portion = 1024;
+    constexpr std::size_t portion = 64;
     const std::size_t count = mesh.triangles.size();
     const auto each_triangle = [&](auto &&work) {
         tbb::parallel_for(std::size_t{0}, (count + portion - 1) / portion, [&](std::size_t part) {
-            progress.check();
             const std::size_t last = std::min(count, (part + 1) * portion);
             for (std::size_t t = part * portion; t < last; ++t) work(t);
             progress.advance(last - part * portion);
@@ -96,16 +97,17 @@ Crossings::Crossings(const LatticeMesh &mesh, const Cells &cells, Progress &prog
     // this takes. Sorting a row afterwards undoes the threads' order.
     start_.assign(64 * columns_.size() + 1, 0);
     each_triangle([&](std::size_t t) {
-        each_rows(mesh, t, [&](std::size_t column, std::uint64_t rows, const auto &, const auto &, bool) {
-            for (; rows; rows &= rows - 1)
-                std::atomic_ref(start_[64 * column + static_cast<std::size_t>(std::countr_zero(rows))])
-                    .fetch_add(1, std::memory_order_relaxed);
-        });
+        each_rows(
+            mesh, t, progress, [&](std::size_t column, std::uint64_t rows, const auto &, const auto &, bool) {
+                for (; rows; rows &= rows - 1)
+                    std::atomic_ref(start_[64 * column + static_cast<std::size_t>(std::countr_zero(rows))])
+                        .fetch_add(1, std::memory_order_relaxed);
+            });
     });
     std::partial_sum(start_.begin(), start_.end(), start_.begin());
     crossings_.resize(start_.back());
     each_triangle([&](std::size_t t) {
-        each_rows(mesh, t,
+        each_rows(mesh, t, progress,
                   [&](std::size_t column, std::uint64_t rows, const std::array<Local, 3> &local,
                       const std::array<LatticePoint, 3> &v, bool up) {
                       Wide n[3];

@@ -31,7 +31,7 @@ class Crossings {
     };
     using Column = std::pair<std::int32_t, std::int32_t>; ///< (i, j) of bricks
     template<class Visit>
-    void each_rows(const LatticeMesh &mesh, std::size_t triangle, Visit &&visit) const;
+    void each_rows(const LatticeMesh &mesh, std::size_t triangle, Progress &progress, Visit &&visit) const;
 
     Cell origin_;
     std::vector<Column> columns_;      ///< sorted
