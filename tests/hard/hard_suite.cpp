@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Runs the hard cases on every pair of law and field, and prints the map of what holds.
-//   hard_suite [--case NAME] [--ticks N] [--markdown FILE]
+//   hard_suite [--case NAME] [--ticks N] [--markdown FILE] [--csv FILE]
 #include "hard_case.hpp"
 
 #include <chrono>
@@ -78,14 +78,28 @@ std::string cell(Verdict verdict, const Measured &m)
     }
 }
 
-int run(const std::string &only, const Options &options, const std::string &markdown)
+/// A row of the map as CSV: case,worst,bound,pair,value,verdict.
+std::string csv_row(const Case &c, const Pair &pair, Verdict verdict, const Measured &m)
 {
+    const char *text[] = {"holds", "beyond", "refused", "fails"};
+    return std::string(c.name) + ",\"" + c.worst + "\"," + number(c.bound) + "," + pair.name + "," +
+           (m.refused.empty() ? number(m.worst) : "") + "," + text[static_cast<int>(verdict)] + "\n";
+}
+
+bool written(const std::string &file, const std::string &text)
+{
+    if (file.empty() || (std::ofstream(file) << text).flush()) return true;
+    std::fprintf(stderr, "hard_suite: %s: cannot be written\n", file.c_str());
+    return false;
+}
+
+int run(const std::string &only, const Options &options, const std::string &markdown, const std::string &csv)
+{
+    std::string rows = "case,worst,bound,pair,value,verdict\n";
     std::string page =
         "Made by `hard_suite --markdown FILE`. Each number is a case's worst. In italics: beyond the bound, "
-        "which "
-        "this pair does not\nclaim to keep (the case's file and contact.h say why); –: refused, the asset "
-        "lacks the channel."
-        "\n\n| case | worst, and its bound |";
+        "which this pair does not\nclaim to keep (the case's file and contact.h say why); –: refused, the "
+        "asset lacks the channel.\n\n| case | worst, and its bound |";
     for (const Pair &pair : pairs()) page += std::string(" ") + pair.name + " |";
     page += "\n|---|---|";
     for (std::size_t n = 0; n < pairs().size(); ++n) page += "---|";
@@ -109,6 +123,7 @@ int run(const std::string &only, const Options &options, const std::string &mark
             failed += verdict == Verdict::broken;
             holds[static_cast<std::size_t>(&pair - pairs().data())] += verdict == Verdict::holds;
             page.append(" ").append(cell(verdict, m)).append(" |");
+            rows += csv_row(*c, pair, verdict, m);
             const char *text[] = {"holds", "beyond, not claimed", "refused", "FAILS"};
             std::printf("  %-18s %-10s of %s  %s%s%s%s\n", pair.name,
                         m.refused.empty() ? number(m.worst).c_str() : "-", number(c->bound).c_str(),
@@ -126,10 +141,7 @@ int run(const std::string &only, const Options &options, const std::string &mark
         for (const int count : holds) page.append(" **").append(std::to_string(count)).append("** |");
         page += "\n";
     }
-    if (!markdown.empty() && !(std::ofstream(markdown) << page).flush()) {
-        std::fprintf(stderr, "hard_suite: %s: cannot be written\n", markdown.c_str());
-        return 2;
-    }
+    if (!written(markdown, page) || !written(csv, rows)) return 2;
     if (!ran) {
         std::fprintf(stderr, "hard_suite: no case %s\n", only.c_str());
         return 1;
@@ -143,21 +155,23 @@ int run(const std::string &only, const Options &options, const std::string &mark
 
 int main(int argc, char **argv)
 {
-    std::string only, markdown;
+    std::string only, markdown, csv;
     hard::Options options;
     for (int n = 1; n + 1 < argc; n += 2) {
         if (!std::strcmp(argv[n], "--case"))
             only = argv[n + 1];
         else if (!std::strcmp(argv[n], "--markdown"))
             markdown = argv[n + 1];
+        else if (!std::strcmp(argv[n], "--csv"))
+            csv = argv[n + 1];
         else if (!std::strcmp(argv[n], "--ticks"))
             options.ticks = std::atol(argv[n + 1]);
         else
             argc = 0;
     }
     if (argc % 2 == 0 || options.ticks < 1000) {
-        std::cerr << "usage: hard_suite [--case NAME] [--ticks N] [--markdown FILE]\n";
+        std::cerr << "usage: hard_suite [--case NAME] [--ticks N] [--markdown FILE] [--csv FILE]\n";
         return 1;
     }
-    return hard::run(only, options, markdown);
+    return hard::run(only, options, markdown, csv);
 }

@@ -5,6 +5,7 @@
 #include "cli/verb.hpp"
 #include "study/gnuplot.hpp"
 #include "study/paper_study.hpp"
+#include "study/stability_study.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct StudyOptions : SharedOptions {
-    std::string kind, out;
+    std::string kind, out, hard_map;
     unsigned seeds = 0; ///< 0: as many as the study says
     bool quick = false;
 };
@@ -52,31 +53,46 @@ ExitCode paper(const StudyOptions &o, Progress &progress)
     return finish(paper_study(options, command, progress), o, progress);
 }
 
+ExitCode stability(const StudyOptions &o, Progress &progress)
+{
+    const std::string command =
+        fmt::format("voxshell study stability -o DIR{}{}", o.quick ? " --quick" : "",
+                    o.hard_map.empty() ? "" : " --hard-map " + fs::path(o.hard_map).filename().string());
+    return finish(stability_study({o.quick, o.hard_map}, command, progress), o, progress);
+}
+
 } // namespace
 
 VerbAction add_study(CLI::App &verb)
 {
     auto o = std::make_shared<StudyOptions>();
-    verb.add_option("KIND", o->kind, "paper: the paper's experiments again, and which of its claims hold")
+    verb.add_option("KIND", o->kind,
+                    "paper: the paper's experiments again, and which of its claims hold; stability: where "
+                    "the loop of device, arm, filter and contact begins to oscillate, foretold and found")
         ->required()
-        ->check(CLI::IsMember({"paper"}));
+        ->check(CLI::IsMember({"paper", "stability"}));
     verb.add_option("-o", o->out,
                     "folder for index.html, summary.json, and a CSV, SVG and PNG of each figure")
         ->required()
         ->type_name("DIR");
-    verb.add_option("--seeds", o->seeds,
-                    "turns of the shell and places of the path to take the mean over (default 10, with "
-                    "--quick 2; 1 to 1000)")
+    verb.add_option(
+            "--seeds", o->seeds,
+            "paper: turns of the shell and places of the path to take the mean over (default 10, with "
+            "--quick 2; 1 to 1000)")
         ->check(CLI::Range(1u, 1000u))
         ->type_name("N");
+    verb.add_option("--hard-map", o->hard_map,
+                    "stability: map of the hard cases, as tests/hard/map.csv, to be shown as well")
+        ->type_name("FILE.csv");
     verb.add_flag("--quick", o->quick,
-                  "fewer seeds, and fewer depths and walls where methods are only compared");
+                  "paper: fewer seeds, and fewer depths and walls where methods are only compared; "
+                  "stability: three devices, fewer filters and stiffnesses");
     add_shared(verb, *o, {Shared::jobs, Shared::force, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);
         const auto progress = make_progress(o->progress, o->quiet);
         gnuplot(gnuplot_sheet(Picture::svg, 100, 100) + "plot [0:1] x\n"); // told now, not after all runs
-        return paper(*o, *progress);
+        return o->kind == "paper" ? paper(*o, *progress) : stability(*o, *progress);
     };
 }
 

@@ -7,6 +7,11 @@
 #include <numbers>
 
 namespace voxshell {
+namespace {
+
+constexpr double at_rest = 1e-100; ///< [m], [m/s], [N]: less counts as none
+
+} // namespace
 
 vxs_simulated_config small_motions(vxs_simulated_config device)
 {
@@ -49,11 +54,13 @@ Motion TimeDomain::run(double stiffness, long ticks)
         command_.sequence++;
         command_.hold_ns = state.time_ns + 1'000'000'000;
         command_.expires_ns = command_.hold_ns + 1'000'000;
-        double at[3];
-        vxs_simulated_truth(device_, at, nullptr);
+        double at[3], speed[3];
+        vxs_simulated_truth(device_, at, speed);
         motion.rms += at[0] * at[0] / static_cast<double>(ticks);
         motion.least = std::min(motion.least, at[0]);
         motion.most = std::max(motion.most, at[0]);
+        if (std::max({std::abs(at[0]), std::abs(speed[0]), std::abs(command_.wrench.force[0])}) < at_rest)
+            break; // what died away would go on in denormal numbers, forty times slower
     }
     motion.rms = std::sqrt(motion.rms);
     return motion;

@@ -47,21 +47,21 @@ double growth(const vxs_simulated_config &device, const vxs_coupling_config &cou
 /// and six thousand.
 long ticks_of_onset(const Loop &loop, double stiffness, double periods = 120);
 
-/// The stiffness at which `grows` begins to hold, to a factor 1 + tolerance: it looks between half of `guess`
-/// and twice, and further where that does not hold the change. Infinity, or 0, where there is none within a
-/// factor of 1000.
+/// The stiffness at which `grows` begins to hold, to a factor 1 + tolerance: it looks from `guess` / width to
+/// `guess` width, and further where that does not hold the change. Infinity, or 0, where there is none within
+/// a factor of 1000.
 template<class F>
-double onset(double guess, double tolerance, F grows)
+double onset(double guess, double width, double tolerance, F grows)
 {
-    double low = guess / 2, high = guess * 2;
+    double low = guess / width, high = guess * width;
     while (grows(low)) {
         high = low;
-        low /= 2;
+        low /= width;
         if (low < guess / 1000) return 0;
     }
     while (!grows(high)) {
         low = high;
-        high *= 2;
+        high *= width;
         if (high > guess * 1000) return std::numeric_limits<double>::infinity();
     }
     while (high / low > 1 + tolerance) {

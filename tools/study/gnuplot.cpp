@@ -88,7 +88,7 @@ std::string gnuplot_panels(int height, int rows, int columns, double across, dou
 {
     const double line = 19.0 / height, tics = 2, foot = 4.8;
     return fmt::format("set multiplot layout {},{} margins {},0.975,{:.4f},{:.4f} spacing {},{:.4f}\n", rows,
-                       columns, left, foot * line, 1 - (0.9 + title_lines) * line, across,
+                       columns, left, foot * line, 1 - (1.15 + title_lines) * line, across,
                        (tics + 1 + title_lines) * line);
 }
 

@@ -114,7 +114,7 @@ TEST_CASE("the oscillation sets in within 5 % of the stiffness foretold, on the 
             return;
         }
         const double found =
-            onset(largest, 0.0005, [&](double k) { return growth(device, coupling, k, 3 * ticks) > 0; });
+            onset(largest, 2, 0.0005, [&](double k) { return growth(device, coupling, k, 3 * ticks) > 0; });
         const double ratio = largest / found;
         lowest = std::min(lowest, ratio);
         highest = std::max(highest, ratio);
