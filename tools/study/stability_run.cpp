@@ -14,8 +14,8 @@
 namespace voxshell {
 namespace {
 
-constexpr double settle_seconds = 8, look_seconds = 2, onset_tolerance = 0.01, onset_width = 1.3,
-                 onset_periods = 40;
+constexpr double settle_seconds = 8, look_seconds = 2, patience_seconds = 60, onset_tolerance = 0.01,
+                 onset_width = 1.3, onset_periods = 40;
 constexpr double calm_steps = 2; ///< an encoder's own rounding moves what hangs on it by about one
 
 constexpr double all_filters[] = {2, 5, 10, 20, 50, 100, 200, 0}, few_filters[] = {5, 20, 100, 0};
@@ -60,6 +60,10 @@ LoopMap run_loop(const LoopKey &key, const std::vector<double> &stiffness, Progr
         TimeDomain real(device, coupling, kick_way);
         real.run(k, in(settle_seconds));
         map.amplitude.push_back(real.run(k, in(look_seconds)).amplitude());
+        if (k < map.largest && map.oscillates(map.amplitude.size() - 1)) {
+            real.run(k, in(patience_seconds));
+            map.amplitude.back() = real.run(k, in(look_seconds)).amplitude();
+        }
     }
     return map;
 }

@@ -30,7 +30,8 @@ struct LoopMap {
     double bandwidth;                               ///< [Hz]
     double found; ///< where small motions begin to grow in the time domain [N/m]
     /// Of the limit cycle at each stiffness, the device as it is: friction, encoder steps, clamp [m]. Let go
-    /// kick_way off the spring's middle; over two seconds after eight.
+    /// kick_way off the spring's middle; over two seconds after eight, or after another minute where it is
+    /// foretold to calm down and has not yet.
     std::vector<double> amplitude;
     bool oscillates(std::size_t stiffness) const; ///< by more than two encoder steps
 };
