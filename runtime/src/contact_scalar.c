@@ -46,44 +46,50 @@ void vxsi_cull_scalar(const vxs_voxmap *map, const vxsi_spheres *spheres, uint32
     }
 }
 
+/* What one point finds. */
+static void probe_point(const vxs_voxmap *map, const vxs_pointshell *shell, const float *m, const float *b,
+                        const float extent[3], uint32_t point, vxsi_hits *hits)
+{
+    float x = shell->x[point], y = shell->y[point], z = shell->z[point];
+    float u0 = to_cells(m, b[0], x, y, z), u1 = to_cells(m + 3, b[1], x, y, z),
+          u2 = to_cells(m + 6, b[2], x, y, z);
+    /* A NaN fails every comparison; within the box truncation is floor. */
+    if (!(u0 >= 0 && u0 < extent[0] && u1 >= 0 && u1 < extent[1] && u2 >= 0 && u2 < extent[2])) return;
+    uint32_t cell[3] = {(uint32_t)u0, (uint32_t)u1, (uint32_t)u2};
+    uint32_t state = vxs_voxmap_state(map, cell[0], cell[1], cell[2]);
+    if (state == VXS_CELL_FREE) return;
+    if (state == VXS_CELL_INTERIOR && !(hits->take & VXSI_TAKE_INTERIOR)) {
+        hits->deep_count++;
+        return;
+    }
+    if (hits->count == hits->capacity) {
+        hits->overflow = 1;
+        return;
+    }
+    uint32_t at = hits->count++;
+    hits->x[at] = x;
+    hits->y[at] = y;
+    hits->z[at] = z;
+    hits->i[at] = (int32_t)cell[0];
+    hits->j[at] = (int32_t)cell[1];
+    hits->k[at] = (int32_t)cell[2];
+    if (hits->take & VXSI_TAKE_NORMAL) {
+        hits->nx[at] = shell->nx[point];
+        hits->ny[at] = shell->ny[point];
+        hits->nz[at] = shell->nz[point];
+    }
+    if (hits->take & VXSI_TAKE_AREA) hits->area[at] = shell->area[point];
+}
+
 void vxsi_probe_scalar(const vxs_voxmap *map, const vxs_pointshell *shell, const vxsi_motion *motion,
                        const vxsi_block *blocks, uint32_t count, vxsi_hits *hits)
 {
     const float *m = motion->m, *b = motion->b;
     const float extent[3] = {(float)map->cells[0], (float)map->cells[1],
                              (float)map->cells[2]}; /* exact: <= 2^20 */
-    for (uint32_t n = 0; n < count * VXSI_LANES; n++) {
-        const vxsi_block *block = &blocks[n / VXSI_LANES];
-        const uint32_t point = block->first + n % VXSI_LANES;
-        if (!(block->which >> n % VXSI_LANES & 1)) continue;
-        float x = shell->x[point], y = shell->y[point], z = shell->z[point];
-        float u0 = to_cells(m, b[0], x, y, z), u1 = to_cells(m + 3, b[1], x, y, z),
-              u2 = to_cells(m + 6, b[2], x, y, z);
-        /* A NaN fails every comparison; within the box truncation is floor. */
-        if (!(u0 >= 0 && u0 < extent[0] && u1 >= 0 && u1 < extent[1] && u2 >= 0 && u2 < extent[2])) continue;
-        uint32_t cell[3] = {(uint32_t)u0, (uint32_t)u1, (uint32_t)u2};
-        uint32_t state = vxs_voxmap_state(map, cell[0], cell[1], cell[2]);
-        if (state == VXS_CELL_FREE) continue;
-        if (state == VXS_CELL_INTERIOR && !(hits->take & VXSI_TAKE_INTERIOR)) {
-            hits->deep_count++;
-            continue;
-        }
-        if (hits->count == hits->capacity) {
-            hits->overflow = 1;
-            continue;
-        }
-        uint32_t at = hits->count++;
-        hits->x[at] = x;
-        hits->y[at] = y;
-        hits->z[at] = z;
-        hits->i[at] = (int32_t)cell[0];
-        hits->j[at] = (int32_t)cell[1];
-        hits->k[at] = (int32_t)cell[2];
-        if (hits->take & VXSI_TAKE_NORMAL) {
-            hits->nx[at] = shell->nx[point];
-            hits->ny[at] = shell->ny[point];
-            hits->nz[at] = shell->nz[point];
-        }
-        if (hits->take & VXSI_TAKE_AREA) hits->area[at] = shell->area[point];
+    for (const vxsi_block *block = blocks; block < blocks + count; block++) {
+        uint32_t point = block->first;
+        for (uint32_t which = block->which; which; which >>= 1, point++)
+            if (which & 1) probe_point(map, shell, m, b, extent, point, hits);
     }
 }
