@@ -3,7 +3,7 @@
 # The runtime on AArch64, cross-compiled and emulated, in $VOXSHELL_BUILD/aarch64:
 #   aarch64.sh build        builds it, without a fused multiply-add, whose bits would differ; its big-endian
 #                           twin is refused
-#   aarch64.sh units        its unit tests, but for those of real time; what its tick calls
+#   aarch64.sh units        its unit tests, with short walks, but for those of real time; what its tick calls
 #   aarch64.sh trajectory   the golden wrenches of the fewer poses, on assets of this machine's tool
 set -eu
 root=/usr/aarch64-linux-gnu
@@ -28,7 +28,7 @@ build)
     tests/runtime/refuses_big_endian.sh aarch64-linux-gnu-gcc formats/include -mbig-endian
     ;;
 units)
-    ctest --test-dir "$folder" --output-on-failure -L unit -LE 'rt|golden'
+    VXS_TEST_BRIEF=1 ctest --test-dir "$folder" --output-on-failure -L unit -LE 'rt|golden'
     ctest --test-dir "$folder" --output-on-failure -R '^tick_(symbols|size)$'
     ;;
 trajectory)

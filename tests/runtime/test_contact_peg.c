@@ -222,7 +222,7 @@ int main(int argc, char **argv)
         CHECK((memory = aligned_alloc(64, (vxs_contact_memory(&shell, 1) + 63) / 64 * 64)) != NULL);
         vxs_contact *contact;
         CHECK_INT(vxs_contact_init(memory, vxs_contact_memory(&shell, 1), &shell, 1, &contact), VXS_OK);
-        for (int a = 0; a < 3; a++) {
+        for (int a = (int)check_length(0, 2); a < 3; a++) {
             worst found[MODES];
             const int count = is_long ? MODES : a == 1 ? 2 : 1;
             push(&h, &map, contact, asides[a], count, found);

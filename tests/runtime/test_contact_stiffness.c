@@ -141,13 +141,14 @@ static void check_floor(void)
         }
     }
     /* The slope of the force down the floor, a tick's micrometre at a time, stays under the bound. */
-    for (uint32_t field = VXS_CONTACT_SURFACE; field <= VXS_CONTACT_DISTANCE; field++) {
+    for (uint32_t field = (uint32_t)check_length(VXS_CONTACT_SURFACE, VXS_CONTACT_DISTANCE);
+         field <= VXS_CONTACT_DISTANCE; field++) {
         vxs_contact_config config = config_of(VXS_CONTACT_AVERAGE, field);
         double steepest[2] = {0, 0};
         for (int bounded = 0; bounded < 2; bounded++) {
             config.most_stiffness = bounded ? 20e3 : 0;
             double last = 0;
-            for (int n = 0; n < 1200; n++) {
+            for (int n = (int)check_length(0, 290); n < 1200; n++) { /* it touches from 300 on */
                 vxs_pose pose = {{0, radius + floor_height + 0.0003 - 1e-6 * n, 0}, {1, 0.2, 0.1, -0.05}};
                 const vxs_contact_result r = evaluate(contact, &map, &pose, &config);
                 if (r.flags & VXS_CONTACT_DEEP) break;
@@ -176,8 +177,9 @@ static void check_corner(void)
     vxs_pointshell shell = open_pointshell(&bytes);
     vxs_contact *contact;
     CHECK_INT(vxs_contact_init(memory, sizeof memory, &shell, 1, &contact), VXS_OK);
-    for (uint32_t law = VXS_CONTACT_AVERAGE; law <= VXS_CONTACT_PATCH; law++) {
-        for (int bounded = 0; bounded < 2; bounded++) {
+    for (uint32_t law = (uint32_t)check_length(VXS_CONTACT_AVERAGE, VXS_CONTACT_PATCH);
+         law <= VXS_CONTACT_PATCH; law++) {
+        for (int bounded = (int)check_length(0, 1); bounded < 2; bounded++) {
             vxs_contact_config config = config_of(law, VXS_CONTACT_DISTANCE);
             config.most_stiffness = bounded ? 30e3 : 0;
             vxs_contact_result last = {.points = 0};

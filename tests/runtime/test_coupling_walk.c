@@ -113,12 +113,12 @@ static uint64_t walk(const vxs_coupling_config *config, long ticks, double error
 
 int main(int argc, char **argv)
 {
-    long ticks = argc > 1 ? atol(argv[1]) : 100000;
+    long ticks = argc > 1 ? atol(argv[1]) : check_length(100000, 40000);
     CHECK(ticks >= 40000);
     const double hertz[] = {0.05, 0.5, 5, 50, 200, 490};
     for (uint32_t kind = VXS_COUPLING_NONE; kind <= VXS_COUPLING_QUASI_STATIC; kind++) {
         for (int f = 0; f < (kind == VXS_COUPLING_PT2 ? 6 : 1); f++) {
-            for (int d = 0; d < (kind == VXS_COUPLING_PT2 ? 3 : 1); d++) {
+            for (int d = 0; d < (kind == VXS_COUPLING_PT2 ? check_length(3, 1) : 1); d++) {
                 vxs_coupling_config config;
                 vxs_coupling_config_default(&config);
                 config.kind = kind;

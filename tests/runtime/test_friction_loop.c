@@ -99,10 +99,9 @@ static void check_free(void)
 
 int main(void)
 {
-    check_coupling(VXS_COUPLING_NONE, 0.003);
-    check_coupling(VXS_COUPLING_PT2, 0.003);
-    check_coupling(VXS_COUPLING_SPRING_DAMPER, 0.003);
-    check_coupling(VXS_COUPLING_QUASI_STATIC, 0.003);
+    for (uint32_t kind = (uint32_t)check_length(VXS_COUPLING_NONE, VXS_COUPLING_QUASI_STATIC);
+         kind <= VXS_COUPLING_QUASI_STATIC; kind++)
+        check_coupling(kind, 0.003);
     check_free();
     return 0;
 }

@@ -409,7 +409,7 @@ static void check_bound(void)
 
 int main(int count, char **arguments)
 {
-    const long seconds = count > 1 ? atol(arguments[1]) : 60;
+    const long seconds = count > 1 ? atol(arguments[1]) : check_length(60, 5);
     const double rates[][3] = {{10, 0, 0}, {0, 0, 10}, {0.01, 10, 0}, {4, -6, 7}, {1e-6, 20, 1e-6}};
     check_refusals();
     check_bound();

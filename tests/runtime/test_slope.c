@@ -136,7 +136,8 @@ static void check_bounces(double height, double factor)
     b->state.pose.position[1] = 0.01 + height;
     double top = 0, last = height, lowest = 0, before = 0, worst = 0;
     int bounces = 0;
-    for (int k = 0; k < 10000; k++) {
+    const long ticks = check_length(10000, 3000);
+    for (long k = 0; k < ticks; k++) {
         tick(&s);
         const double now = s.row.body.position[1] - 0.01;
         if (before < last && now <= last && k > 5) {
@@ -149,10 +150,10 @@ static void check_bounces(double height, double factor)
         last = now;
         lowest = fmin(lowest, now);
     }
-    printf("bounces from %g mm, contact-damping %g s/m: %d times in 10 s, up to %+.1f %% of it, in the end "
+    printf("bounces from %g mm, contact-damping %g s/m: %d times in %ld s, up to %+.1f %% of it, in the end "
            "%.3g mm, %.2g mm "
            "deep\n",
-           1e3 * height, factor, bounces, 100 * worst, 1e3 * top, -1e3 * lowest);
+           1e3 * height, factor, bounces, ticks / 1000, 100 * worst, 1e3 * top, -1e3 * lowest);
     CHECK(bounces > 20 && worst < 0.1); /* a tenth of a per cent a bounce */
     bench_close(&s.b);
 }
@@ -197,11 +198,14 @@ int main(int count, char **arguments)
     }
     check_refusals();
     check_bounces(0.009, 0);
-    check_bounces(0.003, 0);
     check_bounces(0.009, 1);
-    check_stays(VXS_CONTACT_GRADIENT, 0.3, 0, 30000);
-    check_stays(VXS_CONTACT_GRADIENT, 0.45, 1, 30000);
-    check_stays(VXS_CONTACT_PATCH, 0.3, 0, 30000);
+    const long ticks = check_length(30000, 1000);
+    if (check_length(1, 0)) {
+        check_bounces(0.003, 0);
+        check_stays(VXS_CONTACT_GRADIENT, 0.3, 0, ticks);
+    }
+    check_stays(VXS_CONTACT_GRADIENT, 0.45, 1, ticks);
+    check_stays(VXS_CONTACT_PATCH, 0.3, 0, ticks);
     /* gradient: its normal is the slope's, and not that of a block that leans. */
     check_slides(VXS_CONTACT_GRADIENT, 0.5);
     check_slides(VXS_CONTACT_GRADIENT, 0.6);
