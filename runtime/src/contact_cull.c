@@ -44,8 +44,10 @@ static double moved(const vxs_voxmap *map, const vxs_pointshell *shell, const vx
 static void forget(const vxs_contact *contact, vxsi_static *s)
 {
     s->travel = 0;
-    for (uint32_t n = 0; n < contact->clusters.count; n++) s->due[n] = -INFINITY;
-    for (uint32_t n = 0; n < contact->groups.count; n++) s->group_due[n] = -INFINITY;
+    for (uint32_t n = 0; n < contact->groups.count; n++) {
+        s->group_due[n] = -INFINITY;
+        for (uint32_t k = 0; k < VXSI_GROUP_RUNS; k++) s->due[VXSI_GROUP_RUNS * n + k] = -INFINITY;
+    }
 }
 
 static void advance(const vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
@@ -99,30 +101,26 @@ static void skip(walk *w, uint32_t first, uint32_t last, int is_deep)
     if (found.overflow || found.deep_count != (is_deep ? end - begin : 0)) contact->wrong_skips++;
 }
 
-/* Of the up to 64 parts with these due times, those that need a test. */
-static uint64_t wanted_of(const walk *w, const double *due, uint32_t count)
-{
-    if (!w->is_coherent) return first_bits(count);
-    uint64_t wanted = 0;
-    for (uint32_t n = 0; n < count; n++) wanted |= (uint64_t) !(due[n] >= w->need) << n;
-    return wanted;
-}
-
-/* Judges those that are wanted and says when they are due again. Returns which must be looked at. */
-static uint64_t judge(walk *w, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted, double *due,
+/* Judges those that are wanted. Returns which must be looked at. */
+static uint64_t judge(walk *w, const vxsi_spheres *spheres, uint32_t first, uint64_t wanted,
                       vxsi_verdict *verdict)
 {
+    verdict->is_free = verdict->is_deep = 0;
     if (!wanted) return 0;
     w->contact->kernel->cull(w->map, spheres, first, wanted, &w->s->motion, verdict);
     verdict->is_free &= wanted;
     verdict->is_deep &= w->contact->hits.take & VXSI_TAKE_INTERIOR ? 0 : wanted;
-    uint64_t left = wanted & ~verdict->is_free;
-    if (w->is_coherent) {
-        for (uint64_t bits = verdict->is_free; bits; bits &= bits - 1)
-            due[lowest(bits)] = w->s->travel + (double)verdict->slack[lowest(bits)];
-        for (uint64_t bits = left; bits; bits &= bits - 1) due[lowest(bits)] = -INFINITY;
-    }
-    return left & ~verdict->is_deep;
+    return wanted & ~(verdict->is_free | verdict->is_deep);
+}
+
+/* When the first of the judged spheres first .. first + count - 1 can matter again. */
+static double due_of(const walk *w, const vxsi_verdict *verdict, uint32_t first, uint32_t count)
+{
+    if (~verdict->is_free >> first & first_bits(count)) return -INFINITY;
+    float least = INFINITY;
+    for (uint32_t n = first; n < first + count; n++)
+        least = verdict->slack[n] < least ? verdict->slack[n] : least;
+    return w->s->travel + (double)least;
 }
 
 /* Each of the lowest sixteen bits four times. */
@@ -205,9 +203,14 @@ static void walk_group(walk *w, uint32_t group)
     const vxsi_spheres *clusters = &w->contact->clusters;
     uint32_t base = group * VXSI_GROUP_CLUSTERS, count = clusters->count - base;
     if (count > VXSI_GROUP_CLUSTERS) count = VXSI_GROUP_CLUSTERS;
-    double *due = w->s->due + base;
-    vxsi_verdict verdict = {.is_deep = 0};
-    uint64_t must = judge(w, clusters, base, wanted_of(w, due, count), due, &verdict);
+    double *due = w->s->due + base / VXSI_LANES, least = INFINITY;
+    vxsi_verdict verdict;
+    uint64_t wanted = 0;
+    for (uint32_t n = 0; n < count; n += VXSI_LANES) {
+        if (!(w->is_coherent && due[n / VXSI_LANES] >= w->need)) wanted |= first_bits(VXSI_LANES) << n;
+    }
+    wanted &= first_bits(count);
+    const uint64_t must = judge(w, clusters, base, wanted, &verdict);
     if (verdict.is_deep || w->contact->culling == VXS_CONTACT_CHECKED) {
         for (uint64_t bits = first_bits(count) & ~must; bits; bits &= bits - 1) {
             uint32_t first = (base + lowest(bits)) * CLUSTER_QUARTERS;
@@ -215,11 +218,13 @@ static void walk_group(walk *w, uint32_t group)
         }
     }
     list_near(w->contact, base, must);
-    if (w->is_coherent) {
-        double least = INFINITY;
-        for (uint32_t n = 0; n < count; n++) least = due[n] < least ? due[n] : least;
-        w->s->group_due[group] = least;
+    if (!w->is_coherent) return;
+    for (uint32_t n = 0; n < count; n += VXSI_LANES) {
+        double *own = &due[n / VXSI_LANES];
+        if (wanted >> n & 1) *own = due_of(w, &verdict, n, count - n < VXSI_LANES ? count - n : VXSI_LANES);
+        least = *own < least ? *own : least;
     }
+    w->s->group_due[group] = least;
 }
 
 static void walk_groups(walk *w)
@@ -229,9 +234,14 @@ static void walk_groups(walk *w)
         uint32_t count = groups->count - base;
         if (count > VXSI_BATCH) count = VXSI_BATCH;
         double *due = w->s->group_due + base;
-        vxsi_verdict verdict = {.is_deep = 0};
-        uint64_t must = judge(w, groups, base, wanted_of(w, due, count), due, &verdict),
-                 told = must | verdict.is_deep;
+        vxsi_verdict verdict;
+        uint64_t wanted = first_bits(count);
+        for (uint32_t n = 0; n < count && w->is_coherent; n++)
+            wanted &= ~((uint64_t)(due[n] >= w->need) << n);
+        const uint64_t must = judge(w, groups, base, wanted, &verdict);
+        uint64_t told = must | verdict.is_deep;
+        for (uint64_t bits = w->is_coherent ? wanted : 0; bits; bits &= bits - 1)
+            due[lowest(bits)] = due_of(w, &verdict, lowest(bits), 1);
         if (w->contact->culling == VXS_CONTACT_CHECKED) told = first_bits(count);
         for (; told; told &= told - 1) { /* in order: so are the points found */
             uint32_t n = lowest(told), first = (base + n) * GROUP_QUARTERS;

@@ -79,7 +79,7 @@ static size_t lay_out(vxs_contact *contact, uint8_t *memory, const vxs_pointshel
     contact->near = take(&a, quarters / VXSI_LANES + 2, sizeof(vxsi_block));
     contact->statics = take(&a, statics, sizeof(vxsi_static));
     for (uint32_t n = 0; n < statics; n++) {
-        double *due = take(&a, shell->cluster_count, sizeof(double));
+        double *due = take(&a, (size_t)VXSI_GROUP_RUNS * group_count(shell), sizeof(double));
         double *group_due = take(&a, group_count(shell), sizeof(double));
         vxsi_block *looks = take(&a, (size_t)quarters + VXSI_LANES, sizeof(vxsi_block));
         if (memory) {

@@ -9,7 +9,7 @@
 #include "contact_kernel.h"
 
 /* Clusters to a group, the upper level of culling: points next to each other in the shell's order. */
-enum { VXSI_GROUP_CLUSTERS = VXSI_BATCH };
+enum { VXSI_GROUP_CLUSTERS = VXSI_BATCH, VXSI_GROUP_RUNS = VXSI_GROUP_CLUSTERS / VXSI_LANES };
 
 /* Levels of detail above the shell itself, which is level 0; each has a quarter of the points of the last. */
 enum { VXSI_LEVELS = 3 };
@@ -24,8 +24,8 @@ typedef struct vxsi_static {
     const uint32_t *root; /* which map this was; NULL: nothing is known */
     vxsi_placement place;
     double travel;     /* bounds how far any point of the shell has moved since then, in all [cells] */
-    double *due;       /* per cluster: free of contact until travel exceeds this */
-    double *group_due; /* per group: the least of its clusters' */
+    double *due;       /* per VXSI_LANES clusters: free of contact until travel exceeds this */
+    double *group_due; /* per group: its own, or the least of its clusters' */
     vxsi_motion motion;
     int is_near;       /* the shell's bounding sphere meets the map's box */
     vxsi_block *looks; /* points to look at in this evaluation */
