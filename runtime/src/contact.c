@@ -89,6 +89,7 @@ static int approach(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *map,
 {
     vxsi_span *span = &s->span;
     s->look_count = 0;
+    s->is_all = 0;
     int is_near = meets_box(map, &contact->shell, place);
     if (is_near)
         vxsi_contact_walk(contact, s, map, place);

@@ -27,41 +27,15 @@ VXSI_AVX512 __m512i all(uint32_t value)
     return _mm512_set1_epi32((int)value);
 }
 
-/* A number in all lanes, made once: left to itself the compiler makes it again in each turn of a loop, and
- * that takes longer than what it is for. */
-VXSI_AVX512 __m512 lasting(float value)
-{
-    __m512 v = _mm512_set1_ps(value);
-    __asm__("" : "+v"(v));
-    return v;
-}
-VXSI_AVX512 __m512i lasting_bits(uint32_t value)
-{
-    __m512i v = all(value);
-    __asm__("" : "+v"(v));
-    return v;
-}
-
-typedef struct motion_lanes {
-    __m512 m[9], b[3];
-} motion_lanes;
-
-VXSI_AVX512 motion_lanes lanes_of(const vxsi_motion *motion)
-{
-    motion_lanes lanes;
-    for (int i = 0; i < 9; i++) lanes.m[i] = lasting(motion->m[i]);
-    for (int i = 0; i < 3; i++) lanes.b[i] = lasting(motion->b[i]);
-    return lanes;
-}
-
 /* ((m0 x + m1 y) + m2 z) + b for the three rows */
-VXSI_AVX512 void place(const motion_lanes *motion, const __m512 at[3], __m512 u[3])
+VXSI_AVX512 void place(const vxsi_motion *motion, const __m512 at[3], __m512 u[3])
 {
     for (int axis = 0; axis < 3; axis++) {
-        const __m512 *m = motion->m + 3 * axis;
-        __m512 sum = _mm512_add_ps(_mm512_mul_ps(m[0], at[0]), _mm512_mul_ps(m[1], at[1]));
-        sum = _mm512_add_ps(sum, _mm512_mul_ps(m[2], at[2]));
-        u[axis] = _mm512_add_ps(sum, motion->b[axis]);
+        const float *m = motion->m + 3 * axis;
+        __m512 sum = _mm512_add_ps(_mm512_mul_ps(_mm512_set1_ps(m[0]), at[0]),
+                                   _mm512_mul_ps(_mm512_set1_ps(m[1]), at[1]));
+        sum = _mm512_add_ps(sum, _mm512_mul_ps(_mm512_set1_ps(m[2]), at[2]));
+        u[axis] = _mm512_add_ps(sum, _mm512_set1_ps(motion->b[axis]));
     }
 }
 
@@ -199,7 +173,6 @@ VXSI_TARGET static void probe_avx512(const vxs_voxmap *map, const vxs_pointshell
         return;
     }
     vxsi_chunk chunk = found->chunk;
-    const motion_lanes lanes = lanes_of(motion);
     const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
     for (uint32_t n = 0; n < count; n += AT_ONCE) {
         uint32_t point[AT_ONCE];
@@ -214,7 +187,7 @@ VXSI_TARGET static void probe_avx512(const vxs_voxmap *map, const vxs_pointshell
             const __m512 at[3] = {_mm512_loadu_ps(shell->x + point[v]), _mm512_loadu_ps(shell->y + point[v]),
                                   _mm512_loadu_ps(shell->z + point[v])};
             __m512 u[3];
-            place(&lanes, at, u);
+            place(motion, at, u);
             for (int axis = 0; axis < 3; axis++)
                 c[v][axis] = _mm512_cvt_roundps_epi32(u[axis], _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
             differs = beyond_chunk(&chunk, c[v], differs);
@@ -296,7 +269,6 @@ VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *s
         return;
     }
     const __m512 zero = _mm512_setzero_ps();
-    const motion_lanes lanes = lanes_of(motion);
     for (uint32_t n = 0; n < VXSI_BATCH; n += VXSI_LANES) {
         if (!(wanted >> n & 0xFFFFu)) continue;
         const uint32_t s = first + n;
@@ -304,7 +276,7 @@ VXSI_TARGET static void cull_avx512(const vxs_voxmap *map, const vxsi_spheres *s
                               _mm512_loadu_ps(spheres->z + s)};
         __m512 u[3], inside[3], square = zero;
         __m512i c[3], low;
-        place(&lanes, at, u);
+        place(motion, at, u);
         for (int axis = 0; axis < 3; axis++) {
             /* max and min give their second operand for a NaN */
             inside[axis] =
@@ -376,7 +348,6 @@ VXSI_TARGET static void pairs_avx512(const vxsi_channel *channel, const vi corne
 #define VXSI_WIDTH 16
 #define VXSI_GATHER(base, index, lanes) ((vni)gather(all(0), VXSI_BITS(lanes), base, (__m512i)(index)))
 #define VXSI_BITS(mask) _mm512_movepi32_mask((__m512i)(mask))
-#define VXSI_LASTING(number) ((vnf)lasting(number))
 VXSI_AVX512 uint32_t list(uint32_t first, uint32_t which, vxsi_block *looks)
 {
     const __m512i places = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);

@@ -2,8 +2,7 @@
  *
  * clear of contact_kernel.h in as many lanes as the instruction set has: included once per instruction set,
  * with VXSI_TARGET, VXSI_NAME(), VXSI_WIDTH (lanes) and VXSI_BITS(mask) (one bit for each lane) defined;
- * where there is one, VXSI_GATHER(base, index, lanes) too (32 bits each, 0 in other lanes), and
- * VXSI_LASTING(number), a vector of it, where the compiler makes such vectors again in each turn of a loop.
+ * where there is one, VXSI_GATHER(base, index, lanes) too (32 bits each, 0 in other lanes).
  *
  * A disc around c with half a thickness t, radius r and axis m reaches no farther along n than
  *     n . c + t |n . m| + r sqrt(n^2 - (n . m)^2).
@@ -25,9 +24,6 @@ typedef int32_t vni __attribute__((vector_size(4 * VXSI_WIDTH)));
             memcpy((char *)&gathered_ + 4 * lane_, (const char *)(base) + 4 * (size_t)index_[lane_], 4);     \
         gathered_ &(lanes);                                                                                  \
     })
-#endif
-#ifndef VXSI_LASTING
-#define VXSI_LASTING(number) ((vnf){0} + (number))
 #endif
 #ifndef VXSI_LIST
 #define VXSI_LIST(first, which, looks) vxsi_list_points(first, which, VXSI_WIDTH, looks)
@@ -53,16 +49,7 @@ VXSI_TARGET static uint32_t VXSI_NAME(clear)(const vxs_voxmap *map, const vxsi_d
     /* What rounding may take off the length of an axis: more than it does. */
     static const float longer = 1 + 0x1p-18f;
     vxsi_block *const begin = looks;
-    vnf m[9], b[3], extent[3];
-    const vnf voxel = VXSI_LASTING((float)map->voxel), scale = VXSI_LASTING(motion->scale),
-              margin = VXSI_LASTING(motion->margin);
-#pragma GCC unroll 9
-    for (int i = 0; i < 9; i++) m[i] = VXSI_LASTING(motion->m[i]);
-#pragma GCC unroll 3
-    for (int i = 0; i < 3; i++) {
-        b[i] = VXSI_LASTING(motion->b[i]);
-        extent[i] = VXSI_LASTING((float)map->cells[i]);
-    }
+    const float voxel = (float)map->voxel;
     vxsi_chunk chunk = {{UINT32_MAX, UINT32_MAX, UINT32_MAX}, VXS_CELL_FREE};
     for (uint32_t n = 0; n < count * VXSI_LANES; n += VXSI_WIDTH) {
         const vxsi_block *block = &near[n / VXSI_LANES];
@@ -75,10 +62,10 @@ VXSI_TARGET static uint32_t VXSI_NAME(clear)(const vxs_voxmap *map, const vxsi_d
         vni cell[3], lanes = (vni){0} == 0, differs = {0};
 #pragma GCC unroll 3
         for (int i = 0; i < 3; i++) {
-            const vnf *row = m + 3 * i;
-            u[i] = ((row[0] * at[0] + row[1] * at[1]) + row[2] * at[2]) + b[i];
+            const float *row = motion->m + 3 * i;
+            u[i] = ((row[0] * at[0] + row[1] * at[1]) + row[2] * at[2]) + motion->b[i];
             turned[i] = (row[0] * axis[0] + row[1] * axis[1]) + row[2] * axis[2];
-            lanes &= (u[i] >= 0) & (u[i] < extent[i]);
+            lanes &= (u[i] >= 0) & (u[i] < (float)map->cells[i]);
             cell[i] = __builtin_convertvector((vnf)((vni)u[i] & lanes), vni);
             differs |= cell[i] ^ (int32_t)chunk.at[i];
         }
@@ -106,8 +93,8 @@ VXSI_TARGET static uint32_t VXSI_NAME(clear)(const vxs_voxmap *map, const vxsi_d
             normal[i] = TO_FLOAT(plane << (24 - 8 * i) & TOP_BYTE);
             away[i] = u[i] - TO_FLOAT((cell[i] & ~7) + 4);
         }
-        const vnf half = LOAD_N(discs->half, d) * scale + margin,
-                  radius = LOAD_N(discs->radius, d) * scale + margin;
+        const vnf half = LOAD_N(discs->half, d) * motion->scale + motion->margin,
+                  radius = LOAD_N(discs->radius, d) * motion->scale + motion->margin;
         const vnf room = VXS_VOXMAP_PLANE_REACH - (half + radius);
         const vnf along = DOT_N(normal, turned) * voxel,
                   across = DOT_N(normal, normal) * longer - along * along;

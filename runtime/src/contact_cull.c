@@ -183,19 +183,19 @@ static void list_looks(walk *w)
         s->look_count += count;
     }
     end_at(s->looks, s->look_count, contact->shell.point_count);
-    s->is_whole = 0;
+    s->is_listed = 0;
 }
 
-void vxsi_contact_want_all(const vxs_contact *contact, vxsi_static *s)
+void vxsi_contact_list_all(const vxs_contact *contact, vxsi_static *s)
 {
     const uint32_t count = contact->quarters.count;
-    if (!s->is_whole) {
+    if (!s->is_listed) {
         for (uint32_t n = 0; n < count; n += VXSI_LANES)
             vxsi_list_points(n, UINT32_MAX, VXSI_LANES, s->looks + n);
         end_at(s->looks, count, contact->shell.point_count);
     }
     s->look_count = count;
-    s->is_whole = 1;
+    s->is_listed = 1;
 }
 
 static void walk_group(walk *w, uint32_t group)
@@ -259,7 +259,8 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
     walk w = {.contact = contact, .s = s, .map = map};
     motion_of(map, &contact->shell, place, &s->motion);
     if (contact->culling == VXS_CONTACT_BRUTE || !map->clearance_index) {
-        vxsi_contact_want_all(contact, s);
+        s->look_count = contact->quarters.count;
+        s->is_all = 1;
         return;
     }
     w.is_coherent = contact->culling != VXS_CONTACT_CULLED;
@@ -270,25 +271,25 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
     list_looks(&w);
 }
 
-/* From `from` on, clusters that stand in `looks` with all their points: to `put`, which is not after it, at a
- * level of detail. Returns where they end. */
-static uint32_t coarsen(vxsi_block *looks, uint32_t from, uint32_t to, uint32_t put, uint32_t level,
+/* Quarters `from` and on of what is to be looked at, which are whole clusters: to looks[put] and on, which is
+ * not after them, at a level of detail. Returns where they end. */
+static uint32_t coarsen(vxsi_static *s, uint32_t from, uint32_t to, uint32_t put, uint32_t level,
                         const vxs_pointshell *shell)
 {
-    const uint32_t start = put, each = VXS_POINTSHELL_CLUSTER_POINTS >> (2 * level);
-    if (level == 0) {
-        while (from < to) looks[put++] = looks[from++];
-        return put;
+    const uint32_t step = level ? CLUSTER_QUARTERS : 1, each = step * VXSI_QUARTER >> (2 * level);
+    vxsi_block block = {0, 0};
+    for (; from < to; from += step) {
+        const uint32_t point = s->is_all ? from * VXSI_QUARTER : s->looks[from].first,
+                       begin = point >> (2 * level), shift = begin % VXSI_LANES, first = begin - shift,
+                       left = shell->point_count - begin;
+        if (block.which && first != block.first) {
+            s->looks[put++] = block;
+            block.which = 0;
+        }
+        block.first = first;
+        block.which |= (uint32_t)first_bits(left < each ? left : each) << shift;
     }
-    for (; from < to; from += CLUSTER_QUARTERS) {
-        const uint32_t begin = looks[from].first >> (2 * level), shift = begin % VXSI_LANES,
-                       left = shell->point_count - begin, first = begin - shift,
-                       which = (uint32_t)first_bits(left < each ? left : each) << shift;
-        if (put > start && looks[put - 1].first == first)
-            looks[put - 1].which |= which;
-        else
-            looks[put++] = (vxsi_block){first, which};
-    }
+    if (block.which) s->looks[put++] = block;
     return put;
 }
 
@@ -338,10 +339,13 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
         uint32_t coarse = 0;
         if (fine || coarse_quarters) {
             const uint32_t all = s->look_count, own = coarse_quarters < all ? coarse_quarters : all;
-            coarse = coarsen(s->looks, 0, own, 0, fine + 1, &contact->levels[fine + 1]);
-            s->look_count = coarsen(s->looks, own, all, coarse, fine, &contact->levels[fine]);
-            s->is_whole = 0;
+            coarse = coarsen(s, 0, own, 0, fine + 1, &contact->levels[fine + 1]);
+            s->look_count =
+                coarsen(s, own, all, coarse, fine, fine ? &contact->levels[fine] : &contact->shell);
+            s->is_listed = 0;
             coarse_quarters -= own;
+        } else if (s->is_all) {
+            vxsi_contact_list_all(contact, s);
         }
         look(contact, statics[n].map, &s->motion, fine + 1, s->looks, coarse);
         look(contact, statics[n].map, &s->motion, fine, s->looks + coarse, s->look_count - coarse);

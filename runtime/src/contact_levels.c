@@ -186,7 +186,7 @@ double vxs_contact_point_cost(vxs_contact *contact)
     }
     vxsi_hits *hits = &contact->hits;
     vxsi_static *all = contact->statics;
-    vxsi_contact_want_all(contact, all);
+    vxsi_contact_list_all(contact, all);
     double least = INFINITY;
     for (int round = 0; round < 7; round++) {
         double sum[3], count, begin = now();

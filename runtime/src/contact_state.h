@@ -30,8 +30,8 @@ typedef struct vxsi_static {
     int is_near;       /* the shell's bounding sphere meets the map's box */
     vxsi_block *looks; /* points to look at in this evaluation */
     uint32_t look_count;
-    int is_whole;   /* looks lists all the shell's points, as it did before */
-    vxsi_span span; /* and what was found */
+    int is_all, is_listed; /* that is all points; looks lists them all, maybe from an evaluation before */
+    vxsi_span span;        /* and what was found */
 } vxsi_static;
 
 struct vxs_contact {
@@ -99,7 +99,7 @@ void vxsi_contact_walk(vxs_contact *contact, vxsi_static *s, const vxs_voxmap *m
                        const vxsi_placement *place);
 
 /* Lists all the shell's points there. */
-void vxsi_contact_want_all(const vxs_contact *contact, vxsi_static *s);
+void vxsi_contact_list_all(const vxs_contact *contact, vxsi_static *s);
 
 /* Looks at what is listed: finds the hits of each static. most_points: 0, or the levels of detail are chosen
  * so that no more are looked at. Returns 0 if the coarsest level is not coarse enough. */
