@@ -145,7 +145,8 @@ int main(int count, char **arguments)
         const uint32_t last = n + (uint32_t)check_length(1000, 1);
         for (uint32_t m = n, other; m <= last && (other = vxs_effect_kind_at(m)) != 0; m++) {
             worst w = {0, 0, 0, 0};
-            uint64_t once = wander(kind, other, ticks, &w), again = wander(kind, other, ticks, &w);
+            uint64_t once = wander(kind, other, ticks, &w),
+                     again = check_length(1, 0) ? wander(kind, other, ticks, &w) : once;
             if (once != again || w.contacts < ticks / 4 || w.force > most_force || w.torque > most_torque ||
                 w.away > farthest)
                 CHECK_FAIL("%s and %s: %g N, %g N m, %g m away, %ld ticks in contact%s",
@@ -157,7 +158,7 @@ int main(int count, char **arguments)
             pairs++;
         }
     }
-    printf("%d effects and pairs of them, %d ticks each, twice: at most %.1f N, %.3f N m before the clamp, "
+    printf("%d effects and pairs of them, %d ticks each: at most %.1f N, %.3f N m before the clamp, "
            "%.1f mm "
            "from where the hand wants the tip\n",
            pairs, ticks, all.force, all.torque, 1e3 * all.away);

@@ -197,10 +197,10 @@ int main(int count, char **arguments)
         return 0;
     }
     check_refusals();
-    check_bounces(0.009, 0);
     check_bounces(0.009, 1);
     const long ticks = check_length(30000, 1000);
     if (check_length(1, 0)) {
+        check_bounces(0.009, 0);
         check_bounces(0.003, 0);
         check_stays(VXS_CONTACT_GRADIENT, 0.3, 0, ticks);
     }
