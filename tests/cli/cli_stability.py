@@ -54,6 +54,9 @@ class Stability(study_page.StudyTest):
         for row in self.csv['hard_totals.csv']:
             self.assertEqual(int(row['cases']), sum(int(row[key]) for key in ('holds', 'beyond', 'refused', 'fails')))
 
+    def test_readme_picture(self):
+        self.picture_is('swing_phantom-premium-1.5')
+
     def test_refusals(self):
         self.refused(2, r'none\.csv: cannot be read', 'stability', '-o', 'study', '--hard-map', 'none.csv', verb='study')
         head = 'case,worst,bound,pair,value,verdict\n'

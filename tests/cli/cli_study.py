@@ -26,6 +26,28 @@ class Paper(study_page.StudyTest):
                 if row['across_peak_pct']:
                     self.assertGreaterEqual(float(row['across_peak_pct']), float(row['across_rms_pct']))
 
+    def test_points(self):
+        """Figures 2 and 5: what is drawn of single points is what the runtime sums up, and the picture says what the paper's says."""
+        naive, exact = self.csv['fig2_sums.csv']
+        for row in (naive, exact):
+            self.assertLess(float(row['off_pct']), 1e-9)
+        self.assertGreater(int(exact['slice_pushing']), int(naive['slice_pushing']))
+        self.assertLess(float(exact['across_ke']), float(naive['across_ke']))
+        sizes = {panel: [float(row['dx_e']) ** 2 + float(row['dz_e']) ** 2 for row in self.csv['fig5.csv'] if row['panel'] == panel and row['kind'] == 'force'] for panel in 'bc'}
+        spread = {panel: (max(found) / min(found)) ** 0.5 for panel, found in sizes.items()}
+        self.assertGreater(spread['b'], 4)
+        self.assertLess(spread['c'], 2.5)
+
+    def test_quality(self):
+        rows = {(row['benchmark'].split(',')[0], row['law'], row['field']): row for row in self.csv['quality.csv'] if row['shell'] == 'exact'}
+        for benchmark in ('fig8', 'fig9'):
+            self.assertLess(float(rows[benchmark, 'gradient', 'distance']['angle_mean_deg']), 0.1 * float(rows[benchmark, 'original', 'surface']['angle_mean_deg']))
+        self.assertLess(float(rows['wedge', 'patch', 'distance']['angle_mean_deg']), 2)
+        self.assertEqual(rows['peg of 20.2 mm', 'patch', 'distance']['angle_mean_deg'], '')
+
+    def test_readme_picture(self):
+        self.picture_is('fig9')
+
     def test_refusals(self):
         self.refused(1, r'KIND', verb='study')
         self.refused(1, r'papers', 'papers', '-o', 'study', verb='study')

@@ -181,6 +181,24 @@ class StudyTest(command.CommandTest):
                 pathlib.Path(shots, f'{self.told["study"]}.pdf').write_bytes(paper)
             self.assertEqual(seen.errors, [])
 
+    def picture_is(self, figure):
+        """samples/pictures/ has what this study draws: its numbers to a thousandth, whatever draws them."""
+        with open(command.SOURCE / f'samples/pictures/{figure}.csv', encoding='utf-8') as file:
+            kept = list(csv.DictReader(file))
+        found = self.csv[f'{figure}.csv']
+        self.assertEqual(len(kept), len(found))
+        scale = {name: max((abs(number(row[name])) for row in kept if not math.isnan(number(row[name]))), default=0) for name in kept[0]}
+        for shown, row in zip(kept, found):
+            self.assertEqual(list(shown), list(row))
+            for name, text in shown.items():
+                if math.isnan(number(text)):
+                    self.assertEqual(text, row[name])
+                else:
+                    self.assertAlmostEqual(number(text), number(row[name]), delta=1e-3 * scale[name], msg=(figure, name))
+        picture = command.SOURCE / f'samples/pictures/{figure}.svg'
+        self.assertLess(picture.stat().st_size, 100_000)
+        self.assertIn(picture.relative_to(command.SOURCE).as_posix(), (command.SOURCE / 'README.md').read_text(encoding='utf-8'))
+
     def pictures_are_seen(self, seen, width):
         pictures = seen.run('''[...document.images].map(i => { const box = i.getBoundingClientRect();
             return [i.alt, i.complete ? i.naturalWidth : 0, box.left, box.right, box.height, i.checkVisibility()]; })''')

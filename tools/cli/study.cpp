@@ -86,7 +86,7 @@ VerbAction add_study(CLI::App &verb)
         ->type_name("FILE.csv");
     verb.add_flag("--quick", o->quick,
                   "paper: fewer seeds, and fewer depths and walls where methods are only compared; "
-                  "stability: three devices, fewer filters and stiffnesses");
+                  "stability: two devices, fewer filters and stiffnesses");
     add_shared(verb, *o, {Shared::jobs, Shared::force, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
         const JobLimit jobs(o->jobs);

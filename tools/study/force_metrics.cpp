@@ -97,6 +97,30 @@ Spectrum fluctuation(const std::vector<ForceSample> &samples, double rate, bool 
     return sum;
 }
 
+/// The factor by which the ideal forces come nearest to those measured; 0 where there is no ideal.
+double force_factor(const std::vector<ForceSample> &samples)
+{
+    double cross = 0, square = 0;
+    for (const ForceSample &s : samples) {
+        cross += dot(s.force, s.ideal_force);
+        square += dot(s.ideal_force, s.ideal_force);
+    }
+    return square > 0 ? cross / square : 0;
+}
+
+/// Sizes of forces off those of the ideal, of the ideal's rms.
+double magnitude_error(const std::vector<ForceSample> &samples)
+{
+    const double factor = force_factor(samples);
+    double error = 0, square = 0;
+    for (const ForceSample &s : samples) {
+        const double ideal = factor * length(s.ideal_force), off = length(s.force) - ideal;
+        error += off * off;
+        square += ideal * ideal;
+    }
+    return factor > 0 ? std::sqrt(error / square) : nothing;
+}
+
 /// Force off its ideal: the angles, and both with torque by the best factor.
 void against_ideal(const std::vector<ForceSample> &samples, double radius, double mean_size, ForceMetrics &m)
 {
@@ -149,6 +173,42 @@ std::vector<double> power_spectrum(const std::vector<double> &signal)
     return power;
 }
 
+ShortTimeSpectrum error_spectrum(const std::vector<ForceSample> &samples, double rate, double radius,
+                                 std::size_t window, std::size_t hop)
+{
+    ShortTimeSpectrum out{static_cast<double>(hop) / rate,
+                          rate / static_cast<double>(window),
+                          static_cast<double>(window) / (2 * rate),
+                          {}};
+    double cross = 0, ideal = 0;
+    for (const ForceSample &s : samples) {
+        cross += dot(s.force, s.ideal_force) + dot(s.torque, s.ideal_torque) / (radius * radius);
+        ideal += dot(s.ideal_force, s.ideal_force) + dot(s.ideal_torque, s.ideal_torque) / (radius * radius);
+    }
+    const double factor = ideal > 0 ? cross / ideal : 0, count = static_cast<double>(window);
+    const double square = factor * factor * ideal / static_cast<double>(samples.size());
+    if (!(square > 0)) return out;
+    const auto error = [&](const ForceSample &s, std::size_t axis) {
+        return axis < 3 ? s.force[axis] - factor * s.ideal_force[axis]
+                        : (s.torque[axis - 3] - factor * s.ideal_torque[axis - 3]) / radius;
+    };
+    for (std::size_t first = 0; first + window <= samples.size(); first += hop) {
+        std::vector<double> sum(window / 2 + 1, 0.0);
+        for (std::size_t axis = 0; axis < 6; ++axis) {
+            std::vector<double> piece;
+            for (std::size_t n = 0; n < window; ++n) {
+                const double hann =
+                    (1 - std::cos(2 * pi * (static_cast<double>(n) + 0.5) / count)) / std::sqrt(1.5);
+                piece.push_back(hann * error(samples[first + n], axis));
+            }
+            const std::vector<double> power = power_spectrum(piece);
+            for (std::size_t n = 0; n < power.size(); ++n) sum[n] += power[n] / square;
+        }
+        out.power.push_back(std::move(sum));
+    }
+    return out;
+}
+
 ForceMetrics force_metrics(const std::vector<ForceSample> &samples, double rate, double radius,
                            double crossing, bool periodic)
 {
@@ -186,6 +246,7 @@ ForceMetrics force_metrics(const std::vector<ForceSample> &samples, double rate,
     m.size = size;
     m.torque_size = turning / (count * radius);
     against_ideal(samples, radius, size, m);
+    m.magnitude_error = magnitude_error(samples);
     const Spectrum spectrum = fluctuation(samples, rate, periodic);
     m.above_10 = spectrum.share(10, rate);
     m.above_30 = spectrum.share(30, rate);

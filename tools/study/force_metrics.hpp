@@ -31,6 +31,8 @@ struct ForceMetrics {
     double torque_error = 0;                             ///< rms |torque - ideal| / (mean |F| radius)
     double wrench_error =
         0; ///< rms of force and torque / radius off the ideal by the best factor, of that ideal's rms
+    double magnitude_error =
+        0; ///< rms of |force| off that of the ideal by the best factor for forces alone, of that ideal's rms
     double points_min = 0, points_mean = 0, points_max = 0;
     double jump = 0; ///< largest change of the force from tick to tick, a share
     double above_10 = 0, above_30 = 0, above_100 = 0; ///< shares of the fluctuation's power above so many Hz
@@ -48,6 +50,15 @@ ForceMetrics force_metrics(const std::vector<ForceSample> &samples, double rate,
 /// Powers of a real signal's frequencies 0 .. n/2 (times rate / n), scaled so that their sum is the mean
 /// square.
 std::vector<double> power_spectrum(const std::vector<double> &signal);
+
+/// Powers of short pieces of the error of force and torque / radius (off their ideal by the best factor), in
+/// all directions together: of each `window` ticks by Hann's window, one every `hop`.
+struct ShortTimeSpectrum {
+    double step_s = 0, step_hz = 0, first_s = 0; ///< of pieces, of frequencies; middle of the first piece
+    std::vector<std::vector<double>> power;      ///< [piece][frequency], shares of the ideal's mean square
+};
+ShortTimeSpectrum error_spectrum(const std::vector<ForceSample> &samples, double rate, double radius,
+                                 std::size_t window, std::size_t hop);
 
 /// How an output follows its input, both along one direction.
 struct ResponseMetrics {

@@ -457,17 +457,16 @@ StudyFigure figure_wall(const StudyTable &wall)
 
 std::vector<StudyFigure> paper_figures(const PaperRuns &runs, const Study &study)
 {
-    return {figure_ratios(study.table("ratios")),
-            figure8(runs),
-            figure9(runs, true),
-            figure9(runs, false),
-            figure_control(study.table("control_means")),
-            figure11(runs),
-            figure12(runs, 0, "fig12", ": hitting and sliding on the cup, the paper's coupling"),
-            figure12(runs, 5, "fig12_ours", ", ours: patches, distance, a designed spring"),
-            figure_wall(study.table("wall_means")),
-            figure_fits(runs, "wedge", 10),
-            figure_fits(runs, "peg", 1)};
+    std::vector<StudyFigure> figures = point_figures(runs.points);
+    for (StudyFigure &figure : std::vector<StudyFigure>{
+             figure_ratios(study.table("ratios")), figure8(runs), figure9(runs, true), figure9(runs, false),
+             figure_control(study.table("control_means")), figure11(runs),
+             figure12(runs, 0, "fig12", ": hitting and sliding on the cup, the paper's coupling"),
+             figure12(runs, 5, "fig12_ours", ", ours: patches, distance, a designed spring"),
+             figure_wall(study.table("wall_means")), figure_fits(runs, "wedge", 10),
+             figure_fits(runs, "peg", 1), figure_spectrum(runs)})
+        figures.push_back(std::move(figure));
+    return figures;
 }
 
 } // namespace voxshell

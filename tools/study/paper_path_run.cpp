@@ -40,7 +40,7 @@ PathRun run_path(const RunKey &key, const OpenPart &stands, const OpenPart &move
     }
     const vxs_contact_static statics{&stands.map, nullptr};
     std::vector<ForceSample> samples;
-    PathRun run{key, {}, false, path.crossing_hz(), plane_height(scenario, key.seed) / scenario.voxel,
+    PathRun run{key, {}, false, path.crossing_hz(), path.radius(), plane_height(scenario, key.seed) / scenario.voxel,
                 {},  {}};
     for (std::size_t tick = 0; tick < path.ticks(); ++tick) {
         const Path::Step step = path.at(tick);

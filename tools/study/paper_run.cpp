@@ -75,6 +75,7 @@ PaperRuns run_paper(const PaperOptions &options, Progress &progress)
         }
     }
     PaperRuns runs;
+    runs.points = run_points(progress);
     runs.paths.resize(paths.size());
     runs.loops.resize(loops.size());
     progress.stage("runs", paths.size() + loops.size());

@@ -6,6 +6,7 @@
 #include "cli/progress.hpp"
 #include "study/durations.hpp"
 #include "study/force_metrics.hpp"
+#include "study/paper_points.hpp"
 #include "study/paper_scenarios.hpp"
 
 #include <string>
@@ -29,6 +30,7 @@ struct PathRun {
     ForceMetrics metrics;
     bool degenerate; ///< nothing to score: a pose on the path is_degenerate(), or the metrics are
     double crossing_hz;
+    double radius;                ///< of what moves [m]
     double height_e;              ///< of a plane along the grid, within its cell
     std::vector<double> progress; ///< as Path::Step; with `samples`, kept where a figure draws them
     std::vector<ForceSample> samples;
@@ -57,6 +59,7 @@ struct LoopRun {
 struct PaperRuns {
     std::vector<PathRun> paths;
     std::vector<LoopRun> loops;
+    PointRuns points;
 };
 
 struct PaperOptions {

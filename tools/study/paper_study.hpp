@@ -12,6 +12,8 @@ namespace voxshell {
 std::vector<StudyTable> paper_tables(const PaperRuns &runs);
 /// How long a tick took: not the same on every run.
 std::vector<StudyTable> paper_timings(const PaperRuns &runs);
+/// How the error of the force spreads over time and frequency.
+StudyFigure figure_spectrum(const PaperRuns &runs);
 std::vector<StudyFigure> paper_figures(const PaperRuns &runs, const Study &study);
 /// `study` has its tables.
 std::vector<StudyClaim> paper_claims(const Study &study);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -48,6 +49,8 @@ const std::vector<Figure<PathRun>> &path_figures()
         {"torque_ke", "torque / radius [k e]", [](const PathRun &r) { return r.metrics.torque_size; }},
         {"wrench_error_pct", "wrench error [%]",
          [](const PathRun &r) { return percent(r.metrics.wrench_error); }, true},
+        {"magnitude_error_pct", "", [](const PathRun &r) { return percent(r.metrics.magnitude_error); },
+         true},
         {"points_min", "", [](const PathRun &r) { return r.metrics.points_min; }},
         {"points_mean", "points", [](const PathRun &r) { return r.metrics.points_mean; }},
         {"points_max", "", [](const PathRun &r) { return r.metrics.points_max; }},
@@ -305,6 +308,56 @@ StudyTable ratios(const PaperRuns &runs)
     return table;
 }
 
+/// Force against the one that is known, as Sagardia and Hulin, and Weller and others, compare methods.
+StudyTable quality(const std::vector<StudyTable> &tables)
+{
+    StudyTable table{
+        "quality",
+        "Force against the known one, means over the seeds",
+        "Known: along the normal at constant size (plane and cylinder), an elastic foundation "
+        "(wedge, peg); one factor for all ticks of a run makes it as large as what was measured. "
+        "Size: rms of the force's size off the known one; wrench: force and torque / radius. Forces on the "
+        "peg cancel: of it the wrench alone says something.",
+        {{"benchmark", "benchmark"},
+         {"shell", "shell"},
+         {"law", "law"},
+         {"field", "field"},
+         {"angle_mean_deg", "direction, mean [deg]"},
+         {"angle_p95_deg", "p95 [deg]"},
+         {"angle_max_deg", "max [deg]"},
+         {"magnitude_error_pct", "size [%]"},
+         {"magnitude_error_pct_deviation", "+-"},
+         {"wrench_error_pct", "wrench [%]"},
+         {"above_30hz_pct", "power above 30 Hz [%]"},
+         {"above_100hz_pct", "above 100 Hz [%]"}},
+        {},
+        "spectrum"};
+    const struct {
+        const char *group, *scenario, *name;
+        double level;
+    } benchmarks[] = {{"control", "control8", "fig8, turned plane, 0.5 e deep", 0.5},
+                      {"control", "control9", "fig9, cylinder, 0.5 e deep", 0.5},
+                      {"wedge", "wedge", "wedge, pressed aslant", 0.5},
+                      {"peg", "peg", "peg of 20.2 mm", 20.2}};
+    for (const auto &b : benchmarks) {
+        const auto found = std::ranges::find(tables, std::string(b.group) + "_means", &StudyTable::id);
+        for (std::size_t n = 0; n < found->rows.size(); ++n) {
+            if (found->word(n, "scenario") != b.scenario || found->number(n, "level") != b.level ||
+                found->word(n, "weighting") != "count")
+                continue;
+            Row row{std::string(b.name), found->word(n, "shell"), found->word(n, "law"),
+                    found->word(n, "field")};
+            for (std::size_t column = row.size(); column < table.columns.size(); ++column) {
+                const std::string &name = table.columns[column].name;
+                const bool says = b.group != std::string("peg") || name == "wrench_error_pct";
+                row.emplace_back(says ? found->number(n, name) : nothing);
+            }
+            table.rows.push_back(std::move(row));
+        }
+    }
+    return table;
+}
+
 } // namespace
 
 std::vector<StudyTable> paper_tables(const PaperRuns &runs)
@@ -339,6 +392,8 @@ std::vector<StudyTable> paper_tables(const PaperRuns &runs)
         show_fitting(table);
         tables.push_back(std::move(table));
     }
+    tables.push_back(quality(tables));
+    tables.push_back(point_table(runs.points));
     const struct {
         const char *group, *title, *note;
     } loops[] = {

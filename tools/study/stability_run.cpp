@@ -18,8 +18,8 @@ constexpr double settle_seconds = 8, look_seconds = 2, patience_seconds = 60, on
                  onset_width = 1.3, onset_periods = 40;
 constexpr double calm_steps = 2; ///< an encoder's own rounding moves what hangs on it by about one
 
-constexpr double all_filters[] = {2, 5, 10, 20, 50, 100, 200, 0}, few_filters[] = {5, 20, 100, 0};
-constexpr std::string_view few_devices[] = {"touch", "phantom-premium-1.5", "dlr-lwr"};
+constexpr double all_filters[] = {2, 5, 10, 20, 50, 100, 200, 0}, few_filters[] = {5, 10, 20, 50, 100, 0};
+constexpr std::string_view few_devices[] = {"phantom-premium-1.5", "dlr-lwr"};
 
 std::vector<LoopKey> keys_of(bool quick)
 {

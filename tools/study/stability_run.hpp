@@ -52,7 +52,7 @@ struct StabilityRuns {
 
 inline constexpr double kick_way = 0.005; ///< [m]
 
-/// quick: three devices, and fewer filters and stiffnesses. The same numbers for any number of threads.
+/// quick: the paper's two devices, and fewer filters and stiffnesses. The same numbers for any number of threads.
 StabilityRuns run_stability(bool quick, Progress &progress);
 
 /// For run_stability().

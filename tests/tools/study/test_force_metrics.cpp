@@ -156,6 +156,36 @@ TEST_CASE("a coupling's answer to a step")
     CHECK(response_metrics({}, {}, rate).steady == 0);
 }
 
+TEST_CASE("error against a known force: one factor, size, and its spectrum over time")
+{
+    // Twice the ideal, and from half of the time on a swing of a tenth along it at 125 Hz; torque as it ought
+    // to be.
+    constexpr double radius = 0.02;
+    std::vector<ForceSample> samples;
+    for (int n = 0; n < 2048; ++n) {
+        const double swing = n < 1024 ? 0 : 0.2 * std::sin(2 * pi * 125 * n / rate);
+        samples.push_back({{2 + swing, 0, 0}, {0, 0.04, 0}, {1, 0, 0}, {0, 0.02, 0}, 1, false, false});
+    }
+    const ForceMetrics m = force_metrics(samples, rate, radius, 0, true);
+    CHECK(m.magnitude_error == Approx(0.1 / 2).epsilon(1e-3)); // a tenth, rms over half of the time
+    const ShortTimeSpectrum s = error_spectrum(samples, rate, radius, 128, 128);
+    CHECK(s.step_hz == Approx(7.8125));
+    CHECK(s.power.size() == 16);
+    for (std::size_t piece = 0; piece < s.power.size(); ++piece) {
+        double all = 0, near = 0;
+        for (std::size_t n = 0; n < s.power[piece].size(); ++n) {
+            all += s.power[piece][n];
+            if (n >= 15 && n <= 17) near += s.power[piece][n]; // 125 Hz is number 16
+        }
+        // Of force and torque / radius, both 2 N: half of what it would be of the force alone.
+        CHECK(std::abs(all - (piece < 8 ? 0 : 0.01 / 4)) < 1e-6);
+        CHECK(std::abs(near - all) < 1e-9);
+    }
+    for (ForceSample &each : samples) each.ideal_force = each.ideal_torque = {0, 0, 0};
+    CHECK(std::isnan(force_metrics(samples, rate, radius, 0, true).magnitude_error));
+    CHECK(error_spectrum(samples, rate, radius, 128, 128).power.empty());
+}
+
 TEST_CASE("energy of a spring that comes late")
 {
     // At once it gives back what it took; a tick late it gives more, by half k times the squares of the
