@@ -47,25 +47,36 @@ def write_stl(path, triangles):
 
 def write_glb(path, triangles, scale=1e-3):
     """Indexed, metres (`scale` turns the shape's millimetres into them)."""
-    index, order = {}, []
-    for t in triangles:
-        for p in t:
-            order.append(index.setdefault(p, len(index)))
-    points = [[x * scale for x in p] for p in index]
-    buffer = b''.join(struct.pack('<3f', *p) for p in points)
-    split = len(buffer)
-    buffer += struct.pack(f'<{len(order)}I', *order)
-    single = [struct.unpack('<3f', struct.pack('<3f', *p)) for p in points]
-    document = {
-        'asset': {'version': '2.0'}, 'scene': 0, 'scenes': [{'nodes': [0]}], 'nodes': [{'mesh': 0, 'name': 'part'}],
-        'meshes': [{'primitives': [{'attributes': {'POSITION': 0}, 'indices': 1}]}],
-        'accessors': [{'bufferView': 0, 'componentType': 5126, 'type': 'VEC3', 'count': len(points),
-                       'min': [min(p[n] for p in single) for n in range(3)],
-                       'max': [max(p[n] for p in single) for n in range(3)]},
-                      {'bufferView': 1, 'componentType': 5125, 'type': 'SCALAR', 'count': len(order)}],
-        'bufferViews': [{'buffer': 0, 'byteOffset': 0, 'byteLength': split},
-                        {'buffer': 0, 'byteOffset': split, 'byteLength': len(buffer) - split}],
-        'buffers': [{'byteLength': len(buffer)}]}
+    return write_assembly(path, [(None, triangles)], [{'mesh': 0, 'name': 'part'}], scale)
+
+
+def write_assembly(path, meshes, nodes, scale=1e-3):
+    """(name, triangles) each, and nodes as glTF has them, all of them roots."""
+    document = {'asset': {'version': '2.0'}, 'scene': 0, 'scenes': [{'nodes': list(range(len(nodes)))}], 'nodes': nodes,
+                'meshes': [], 'accessors': [], 'bufferViews': [], 'buffers': []}
+    buffer = b''
+
+    def view(data):
+        nonlocal buffer
+        document['bufferViews'].append({'buffer': 0, 'byteOffset': len(buffer), 'byteLength': len(data)})
+        buffer += data
+        return len(document['bufferViews']) - 1
+
+    for name, triangles in meshes:
+        index, order = {}, []
+        for t in triangles:
+            for p in t:
+                order.append(index.setdefault(p, len(index)))
+        single = [struct.unpack('<3f', struct.pack('<3f', *(x * scale for x in p))) for p in index]
+        first = len(document['accessors'])
+        document['meshes'].append({'primitives': [{'attributes': {'POSITION': first}, 'indices': first + 1}]})
+        if name is not None:
+            document['meshes'][-1]['name'] = name
+        document['accessors'] += [
+            {'bufferView': view(b''.join(struct.pack('<3f', *p) for p in single)), 'componentType': 5126, 'type': 'VEC3', 'count': len(single),
+             'min': [min(p[n] for p in single) for n in range(3)], 'max': [max(p[n] for p in single) for n in range(3)]},
+            {'bufferView': view(struct.pack(f'<{len(order)}I', *order)), 'componentType': 5125, 'type': 'SCALAR', 'count': len(order)}]
+    document['buffers'] = [{'byteLength': len(buffer)}]
     text = json.dumps(document).encode()
     text += b' ' * (-len(text) % 4)
     with open(path, 'wb') as file:

@@ -193,7 +193,7 @@ Comparison compare(const VoxmapFile &a, const VoxmapFile &b, double tolerance)
     if (channels(a) != channels(b)) out.structure.push_back({"channels", channels(a), channels(b)});
     if (a.source_hash != b.source_hash) out.notes.push_back("made from different sources");
     if (a.meta != b.meta)
-        out.notes.push_back("made with different options, version or name: " + a.meta + " / " + b.meta);
+        out.notes.push_back("made with different options or version: " + a.meta + " / " + b.meta);
     out.compared = a.cells.voxel == b.cells.voxel;
     if (out.compared) CellComparison(a.cells, b.cells, tolerance, out).run();
     return out;

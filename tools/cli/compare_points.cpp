@@ -174,7 +174,7 @@ Comparison compare(const PointshellFile &a, const PointshellFile &b, double tole
     }
     if (a.source_hash != b.source_hash) out.notes.push_back("made from different sources");
     if (a.meta != b.meta)
-        out.notes.push_back("made with different options, version or name: " + a.meta + " / " + b.meta);
+        out.notes.push_back("made with different options or version: " + a.meta + " / " + b.meta);
     out.compared = a.shell.voxel == b.shell.voxel;
     if (out.compared) PointComparison(a, b, tolerance, out).run();
     return out;

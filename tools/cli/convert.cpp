@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes
 // the cells and what moves the points, and all that its servo needs besides NAME.plan.
-#include "cli/convert_extra.hpp"
 #include "cli/explain_assets.hpp"
-#include "cli/options.hpp"
+#include "cli/part_options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
 #include "pipeline/choose_voxel.hpp"
@@ -29,14 +28,10 @@ namespace {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
-struct ConvertOptions : SharedOptions, ExtraOptions {
+struct ConvertOptions : SharedOptions, PartChoice {
     std::vector<std::string> inputs;
-    std::string folder, up = "y", shell = "exact";
-    double voxel = 0;        ///< [m]; 0: not given, or chosen
-    bool voxel_auto = false; ///< --voxel auto
-    double weld = 0;         ///< [m]
-    bool inspect_mesh = false, explain = false;
-    double close_gap = 0; ///< [m]
+    std::string folder;
+    bool explain = false;
 };
 
 /// What an input is, decided by its ending alone.
@@ -116,22 +111,10 @@ class Convert {
     ExitCode run()
     {
         const std::vector<Input> inputs = inputs_of(o_);
-        if (o_.thin_shell > 0 && o_.shell == "naive")
-            throw Failure(ExitCode::usage, "",
-                          "--thin-shell: only for --shell exact, centres of cells do not lie flat");
+        part_options_ = part_options(o_, o_);
         check_writable(o_.folder);
         if (!o_.report.empty()) check_writable(fs::path(o_.report).parent_path());
-        json effective = {{"voxel_m", o_.voxel != 0 ? json(o_.voxel) : json(nullptr)},
-                          {"unit", o_.unit.empty() ? json(nullptr) : json(o_.unit)},
-                          {"up", o_.up},
-                          {"shell", o_.shell},
-                          {"close_gap_m", o_.close_gap},
-                          {"voxel_auto", o_.voxel_auto},
-                          {"weld_m", o_.weld},
-                          {"inspect_mesh", o_.inspect_mesh},
-                          {"strict", o_.strict},
-                          {"max_memory_bytes", o_.max_memory ? json(*o_.max_memory) : json(nullptr)}};
-        effective.update(extra_json(o_));
+        json effective = part_options_json(o_, o_);
         report_.options(effective);
         ExitCode worst = ExitCode::ok;
         for (const Input &input : inputs) {
@@ -181,18 +164,8 @@ class Convert {
 
     void convert(const Input &input)
     {
-        PartOptions options;
-        options.voxel = o_.voxel;
-        options.shell = o_.shell == "naive" ? ShellKind::naive : ShellKind::exact;
+        PartOptions options = part_options_;
         options.import = import_options(input);
-        options.shell_spacing = o_.shell_spacing;
-        options.thin_shell = o_.thin_shell;
-        options.channels = o_.channels;
-        options.close_gap = o_.close_gap;
-        options.weld = o_.weld;
-        options.inspect = o_.inspect_mesh;
-        options.strict = o_.strict;
-        options.max_memory = o_.max_memory.value_or(0);
         if (input.kind != InputKind::scene) {
             const Scene scene = read(input);
             const Part part = convert_part(scene, options, *progress_);
@@ -370,6 +343,7 @@ class Convert {
     }
 
     const ConvertOptions &o_;
+    PartOptions part_options_;
     std::unique_ptr<Progress> progress_;
     RunReport report_;
     std::set<double> chosen_; ///< voxels of the parts [m]
@@ -399,41 +373,7 @@ VerbAction add_convert(CLI::App &verb)
     verb.add_option("-o,--output", o->folder, "folder of the results, made if it is not there")
         ->required()
         ->type_name("DIR");
-    verb.add_option_function<std::string>(
-            "--voxel",
-            [o](const std::string &value) {
-                o->voxel_auto = value == "auto";
-                if (o->voxel_auto) return;
-                try {
-                    o->voxel = parse_length(value);
-                } catch (const Failure &failure) {
-                    throw Failure(failure.code, "", std::string("--voxel: ") + failure.what());
-                }
-            },
-            "edge of a cell: 0.5mm, 2e-4m (um, mm, cm, m, in; 1e-12m to 1e9m), or auto: three voxels for 99 "
-            "% of "
-            "the walls (no default: required; a scene has it)")
-        ->type_name("LEN");
-    verb.add_option(
-            "--up", o->up,
-            "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
-        ->check(CLI::IsMember({"y", "z"}))
-        ->type_name("AXIS");
-    add_length(verb, "--close-gaps", o->close_gap,
-               "fill a leaking part as if holes narrower than this were closed; cells and points stay "
-               "(default: none; up to 64 voxels)");
-    add_length(verb, "--weld", o->weld,
-               "stitch cracks: move border vertices that are nearer than this onto each other (default: "
-               "none; up to a "
-               "hundredth of the part)");
-    verb.add_flag(
-        "--inspect-mesh", o->inspect_mesh,
-        "tell all about the mesh, and look for self-intersections in parts of more than 20 000 triangles");
-    verb.add_option("--shell", o->shell,
-                    "points: exact (on the surface) or naive (centres of cells) (default exact)")
-        ->check(CLI::IsMember({"exact", "naive"}))
-        ->type_name("KIND");
-    add_extra(verb, *o);
+    add_part_options(verb, *o);
     add_shared(verb, *o,
                {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict,
                 Shared::force, Shared::format, Shared::report, Shared::reproducible, Shared::progress,

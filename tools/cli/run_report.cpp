@@ -77,36 +77,51 @@ void RunReport::input(const std::filesystem::path &path, const Sha256 &hash)
     json_["inputs"].push_back({{"path", shown(path)}, {"sha256", hex(hash)}});
 }
 
-void RunReport::part(const Part &part, double voxel)
+json part_json(const Part &part, double voxel)
 {
     json leak = nullptr;
     if (part.cells.leak)
         leak = {{"at_m", part.cells.leak->at},
                 {"winding", part.cells.leak->winding},
                 {"cells", part.cells.leak->cells}};
-    json_["parts"].push_back({{"name", part.name},
-                              {"triangles", part.mesh.triangles},
-                              {"degenerate", part.mesh.degenerate},
-                              {"closed", part.mesh.closed},
-                              {"oriented", part.mesh.oriented},
-                              {"area_m2", part.mesh.area},
-                              {"volume_m3", part.mesh.volume},
-                              {"surface_cells", part.surface_cells},
-                              {"interior_cells", part.interior_cells},
-                              {"points", part.points},
-                              {"gap_max_h", part.gap_max / part.shell_voxel},
-                              {"surface_error_max_m", part.surface_error},
-                              {"leak", leak},
-                              {"voxel_m", voxel},
-                              {"mesh", mesh_json(part)},
-                              {"thickness", thickness_json(part.thickness, voxel)}});
-    json_["parts"].back().update(extra_json(part));
+    json out = {{"name", part.name},
+                {"triangles", part.mesh.triangles},
+                {"degenerate", part.mesh.degenerate},
+                {"closed", part.mesh.closed},
+                {"oriented", part.mesh.oriented},
+                {"area_m2", part.mesh.area},
+                {"volume_m3", part.mesh.volume},
+                {"surface_cells", part.surface_cells},
+                {"interior_cells", part.interior_cells},
+                {"points", part.points},
+                {"gap_max_h", part.gap_max / part.shell_voxel},
+                {"surface_error_max_m", part.surface_error},
+                {"leak", leak},
+                {"voxel_m", voxel},
+                {"mesh", mesh_json(part)},
+                {"thickness", thickness_json(part.thickness, voxel)}};
+    out.update(extra_json(part));
+    return out;
+}
+
+void RunReport::part(const Part &part, double voxel)
+{
+    this->part(part_json(part, voxel));
+}
+
+void RunReport::part(json described)
+{
+    json_["parts"].push_back(std::move(described));
 }
 
 void RunReport::output(const std::filesystem::path &path, std::span<const std::uint8_t> bytes)
 {
-    json_["outputs"].push_back(
-        {{"path", shown(path)}, {"bytes", bytes.size()}, {"sha256", hex(sha256(bytes))}});
+    output(path, bytes.size(), hex(sha256(bytes)));
+}
+
+void RunReport::output(const std::filesystem::path &path, std::uint64_t bytes, const std::string &hash)
+{
+    json_["outputs"].push_back({{"path", shown(path)}, {"bytes", bytes}, {"sha256", hash}});
 }
 
 void RunReport::warning(const Warning &warning)
@@ -118,6 +133,11 @@ void RunReport::failed(const std::filesystem::path &path, const Failure &failure
 {
     json_["failed"].push_back(
         {{"path", shown(path)}, {"code", static_cast<int>(failure.code)}, {"message", failure.what()}});
+}
+
+void RunReport::tally(json counts)
+{
+    json_["counts"] = std::move(counts);
 }
 
 std::string RunReport::text() const

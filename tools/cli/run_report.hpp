@@ -20,7 +20,10 @@ class RunReport {
     void options(nlohmann::ordered_json effective);
     void input(const std::filesystem::path &path, const Sha256 &hash);
     void part(const Part &part, double voxel);
+    void part(nlohmann::ordered_json described); ///< by part_json()
     void output(const std::filesystem::path &path, std::span<const std::uint8_t> bytes);
+    void output(const std::filesystem::path &path, std::uint64_t bytes, const std::string &sha256);
+    void tally(nlohmann::ordered_json counts); ///< batch: how many parts were built, ...
     void warning(const Warning &warning);
     void failed(const std::filesystem::path &path, const Failure &failure);
     /// With the cost up to now, unless reproducible.
@@ -32,6 +35,9 @@ class RunReport {
     std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     nlohmann::ordered_json json_;
 };
+
+/// A member of `parts`.
+nlohmann::ordered_json part_json(const Part &part, double voxel);
 
 /// Writes the report: an older report of that name is replaced, any other file only with `force`.
 void write_report(const std::filesystem::path &path, const std::string &text, bool force);

@@ -28,6 +28,7 @@ struct Verb {
 std::span<const Verb> verbs();
 
 VerbAction add_convert(CLI::App &);
+VerbAction add_batch(CLI::App &);
 VerbAction add_inspect(CLI::App &);
 VerbAction add_verify(CLI::App &);
 VerbAction add_diff(CLI::App &);

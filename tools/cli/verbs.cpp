@@ -8,6 +8,11 @@ std::span<const Verb> verbs()
     static constexpr Verb table[] = {
         {"convert", "CAD files and scenes to assets: .stl .gltf .glb .scene.json -> .vdb .voxmap .pointshell",
          "voxshell convert part.stl --unit mm -o out --voxel 0.5mm", add_convert, true},
+        {"batch", "folders, lists and assemblies to assets: each distinct part once, the rest from a cache",
+         "voxshell batch parts/ --unit mm -o out --voxel 0.5mm\nvoxshell batch robot.glb --per-part -o out "
+         "--voxel "
+         "auto",
+         add_batch, true},
         {"inspect", "what is in an asset", "voxshell inspect out/part.voxmap", add_inspect},
         {"verify", "every rule of the format, checksums and semantics",
          "voxshell verify out/\nvoxshell verify out/part.pointshell --against part.stl --unit mm",

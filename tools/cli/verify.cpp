@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell verify: is an asset what it says it is, and is it still what the mesh is?
+#include "batch/batch.hpp"
 #include "cli/asset_kind.hpp"
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
@@ -26,6 +27,7 @@ using json = nlohmann::ordered_json;
 
 struct VerifyOptions : SharedOptions {
     std::string path, against, up = "y";
+    bool manifest = false;
 };
 
 /// The mesh to measure against: of a part the same for cells and points, of a scene what stands and what
@@ -91,6 +93,7 @@ class Verify {
     ExitCode run()
     {
         const bool folder = fs::is_directory(o_.path);
+        if (o_.manifest) return shipped(folder ? fs::path(o_.path) / "manifest.json" : fs::path(o_.path));
         if (o_.against.empty() && (!o_.unit.empty() || o_.up != "y"))
             throw Failure(ExitCode::usage, "", "--unit and --up say how to read the mesh of --against");
         if (!o_.against.empty()) reference_ = read_reference(o_);
@@ -109,6 +112,31 @@ class Verify {
     }
 
   private:
+    /// What another machine has made, and nothing else: sizes and hashes, not the rules of the formats.
+    ExitCode shipped(const fs::path &manifest)
+    {
+        std::uint64_t bytes = 0;
+        for (const ManifestCheck &check : check_manifest(manifest)) {
+            json entry = {{"path", check.path}, {"ok", check.fault.empty()}, {"bytes", check.bytes}};
+            bytes += check.bytes;
+            if (!check.fault.empty()) {
+                entry["code"] = static_cast<int>(ExitCode::invalid);
+                entry["message"] = check.fault;
+                worst_ = ExitCode::invalid;
+                tell_failure("verify", Failure(ExitCode::invalid,
+                                               (manifest.parent_path() / check.path).string(), check.fault));
+            }
+            json_["files"].push_back(std::move(entry));
+        }
+        json_["ok"] = worst_ == ExitCode::ok;
+        if (o_.json)
+            fmt::print("{}", json_text(json_));
+        else if (worst_ == ExitCode::ok)
+            fmt::print("ok {} {} files, {}\n", manifest.string(), format_count(json_["files"].size()),
+                       format_size(bytes));
+        return worst_;
+    }
+
     template<typename Work>
     void guarded(const fs::path &file, Work work)
     {
@@ -191,8 +219,12 @@ VerbAction add_verify(CLI::App &verb)
     verb.add_option("--up", o->up, "axis that points up in the mesh: y or z (default y)")
         ->check(CLI::IsMember({"y", "z"}))
         ->type_name("AXIS");
+    verb.add_flag("--manifest", o->manifest,
+                  "FILE is the manifest.json of a batch, or its folder: are all files there, and the same?");
     add_shared(verb, *o, {Shared::unit, Shared::jobs, Shared::format, Shared::progress, Shared::quiet});
     return [o] {
+        if (o->manifest && !o->against.empty())
+            throw Failure(ExitCode::usage, "", "--manifest and --against: one at a time");
         const JobLimit jobs(o->jobs);
         return Verify(*o).run();
     };

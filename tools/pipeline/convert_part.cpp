@@ -18,8 +18,9 @@
 namespace voxshell {
 namespace {
 
-/// META: what the file was made with, and nothing of when, where or by whom.
-std::string meta(const std::string &name, const PartOptions &options, bool shell)
+/// META: what the file was made with, and nothing of when, where, by whom or under which name: the same
+/// geometry gives the same bytes.
+std::string meta(const PartOptions &options, bool shell)
 {
     nlohmann::ordered_json effective = {
         {"voxel_m", options.voxel},
@@ -36,8 +37,7 @@ std::string meta(const std::string &name, const PartOptions &options, bool shell
         if (options.channels.distance_cells > 0)
             effective["distance_cells"] = options.channels.distance_cells;
     }
-    return nlohmann::ordered_json{
-        {"tool", "voxshell"}, {"version", tool_version()}, {"name", name}, {"options", effective}}
+    return nlohmann::ordered_json{{"tool", "voxshell"}, {"version", tool_version()}, {"options", effective}}
         .dump();
 }
 
@@ -234,12 +234,11 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     }
 
     progress.stage("write", 3);
-    part.pointshell =
-        pointshell_bytes({std::move(shell), scene.source_hash, meta(scene.name, options, true)}, &progress);
+    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(options, true)}, &progress);
     shell = {};
     progress.advance(1);
     progress.check();
-    const std::string map_meta = meta(scene.name, options, false);
+    const std::string map_meta = meta(options, false);
     part.vdb = vdb_bytes(cells, scene.source_hash, map_meta, map.channels, &progress);
     progress.advance(1);
     progress.check();

@@ -29,7 +29,12 @@ class Descriptor {
     explicit Descriptor(int fd) : fd_(fd) {}
     ~Descriptor() { close(); }
     Descriptor(const Descriptor &) = delete;
-    Descriptor &operator=(const Descriptor &) = delete;
+    Descriptor &operator=(Descriptor &&other)
+    {
+        close();
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
     int get() const { return fd_; }
     int close()
     {
@@ -57,6 +62,25 @@ bool same_content(const fs::path &path, std::span<const std::uint8_t> bytes, Pro
         if (got <= 0 || std::memcmp(block.data(), bytes.data() + at, static_cast<std::size_t>(got)) != 0)
             return false;
         at += static_cast<std::size_t>(got);
+    }
+    return true;
+}
+
+bool same_files(const fs::path &one, const fs::path &other)
+{
+    const Descriptor a(open(one.c_str(), O_RDONLY | O_CLOEXEC)), b(open(other.c_str(), O_RDONLY | O_CLOEXEC));
+    struct stat of_a = {}, of_b = {};
+    if (a.get() < 0 || b.get() < 0 || fstat(a.get(), &of_a) != 0 || fstat(b.get(), &of_b) != 0 ||
+        of_a.st_size != of_b.st_size)
+        return false;
+    std::vector<std::uint8_t> block(2 << 20);
+    const std::size_t half = block.size() / 2;
+    for (off_t at = 0; at < of_a.st_size;) {
+        const ssize_t got = pread(a.get(), block.data(), half, at);
+        if (got <= 0 || pread(b.get(), block.data() + half, static_cast<std::size_t>(got), at) != got ||
+            std::memcmp(block.data(), block.data() + half, static_cast<std::size_t>(got)) != 0)
+            return false;
+        at += got;
     }
     return true;
 }
@@ -174,6 +198,35 @@ void Outputs::add_stream(const fs::path &path, const std::function<void(const Si
         throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
     if (fsync(file.get()) != 0) fail(path, errno);
     if (file.close() != 0) fail(path, errno);
+}
+
+bool Outputs::link(const fs::path &from, const fs::path &path, const std::function<bool()> &may_replace)
+{
+    if (make_way(path)) {
+        std::error_code ignored;
+        if (fs::equivalent(from, path, ignored) || same_files(from, path)) return false;
+        if (!force_ && !may_replace())
+            throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
+    }
+    Descriptor file(create(path));
+    const fs::path temporary = pending_.back().temporary;
+    const Descriptor source(open(from.c_str(), O_RDONLY | O_CLOEXEC));
+    if (source.get() < 0) fail(from, errno);
+    if (unlink(temporary.c_str()) == 0 && ::link(from.c_str(), temporary.c_str()) == 0) return true;
+    file = Descriptor(open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file.get() < 0) fail(path, errno);
+    std::vector<std::uint8_t> block(1 << 20);
+    Progress silent;
+    for (;;) {
+        const ssize_t got = read(source.get(), block.data(), block.size());
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) fail(from, errno);
+        if (got == 0) break;
+        write_all(path, file.get(), {block.data(), static_cast<std::size_t>(got)}, silent);
+    }
+    if (fsync(file.get()) != 0) fail(path, errno);
+    if (file.close() != 0) fail(path, errno);
+    return true;
 }
 
 void Outputs::add(const fs::path &path, const std::string &text)

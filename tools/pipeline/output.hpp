@@ -36,6 +36,11 @@ class Outputs {
     /// The same for a file too large to hold: `write` hands its bytes to the sink piece by piece.
     using Sink = std::function<void(std::string_view)>;
     void add_stream(const std::filesystem::path &path, const std::function<void(const Sink &)> &write);
+    /// The file `from`, hard-linked where the file systems permit it, else copied. What is there already is
+    /// left if it has the same content, and replaced if `force` or `may_replace()` say so. False: it was
+    /// there.
+    bool link(const std::filesystem::path &from, const std::filesystem::path &path,
+              const std::function<bool()> &may_replace);
     void commit();
 
   private:

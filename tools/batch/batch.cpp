@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "batch/batch.hpp"
+
+#include "batch/assembly.hpp"
+#include "batch/manifest.hpp"
+#include "batch/scheduler.hpp"
+#include "pipeline/estimate.hpp"
+#include "pipeline/output.hpp"
+#include "voxshell/format/pointshell.h"
+#include "voxshell/format/voxmap.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <memory>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+constexpr const char *manifest_name = "manifest.json", *assembly_name = "assembly.json";
+
+/// What is converted once, and all places where it is wanted.
+struct Job {
+    std::vector<std::size_t> parts; ///< indices into BatchResult::parts; the first is its name in messages
+    fs::path path;                  ///< of the file, if it is a whole file
+    std::shared_ptr<const Scene> assembly; ///< else the scene, and
+    AssemblyPart part;                     ///< which of its parts
+    double weight = 0;                     ///< about the work: bytes of the file, triangles of the part
+};
+
+class Batch {
+  public:
+    Batch(const BatchOptions &o, const BatchWatch &watch)
+        : o_(o), watch_(watch), cache_(o.cache), manifest_path_(o.output / manifest_name),
+          before_(Manifest::read(manifest_path_)),
+          budget_(o.part.max_memory ? o.part.max_memory : machine_memory()),
+          progress_(make_progress(ProgressMode::never, true))
+    {
+    }
+
+    BatchResult run(const std::vector<BatchInput> &inputs)
+    {
+        for (const BatchInput &input : inputs) {
+            progress_->check();
+            plan(input);
+        }
+        if (watch_.begin) watch_.begin(result_.parts.size());
+        for (const BatchPart &part : result_.parts)
+            if (part.state == PartState::failed && watch_.done) watch_.done(part, 0);
+        std::vector<double> weights;
+        for (const Job &job : jobs_) weights.push_back(job.weight);
+        each_heaviest_first(weights, o_.jobs, [&](std::size_t n) { work(jobs_[n]); });
+        for (const Plan &assembly : assemblies_) write(assembly);
+        write_manifest();
+        if (o_.cache_limit) cache_.shrink(o_.cache_limit);
+        for (const BatchPart &part : result_.parts)
+            if (part.failure) result_.worst = std::max(result_.worst, part.failure->code);
+        return std::move(result_);
+    }
+
+  private:
+    struct Plan {
+        fs::path input;
+        std::string name;
+        Sha256 source;
+        Assembly assembly;
+        std::size_t first; ///< of its parts in the result
+    };
+
+    /// What a result depends on: the geometry, what was asked for, and who makes it.
+    Sha256 key(const Sha256 &geometry, bool file) const
+    {
+        const json text = {{"version", tool_version()},
+                           {"formats",
+                            {VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR, VXS_POINTSHELL_VERSION_MAJOR,
+                             VXS_POINTSHELL_VERSION_MINOR}},
+                           {"geometry", hex(geometry)},
+                           {"of", file ? "file" : "part"},
+                           {"options", o_.effective}};
+        const std::string bytes = text.dump();
+        return sha256({reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size()});
+    }
+
+    void plan(const BatchInput &input)
+    {
+        try {
+            const bool stl = input.path.extension() != ".gltf" && input.path.extension() != ".glb" &&
+                             input.path.extension() != ".GLTF" && input.path.extension() != ".GLB";
+            if (o_.per_part && !stl) {
+                plan_assembly(input);
+                return;
+            }
+            Sha256 source{};
+            if (stl) {
+                const std::optional<Sha256> hash = hash_of_file(input.path);
+                if (!hash) throw Failure(ExitCode::system, "", "cannot read");
+                source = *hash;
+            } else {
+                source = import_scene(input.path, import(input.path)).source_hash; // with what it refers to
+            }
+            std::error_code ignored;
+            add(input, input.name, source, true,
+                {{}, input.path, {}, {}, static_cast<double>(fs::file_size(input.path, ignored))});
+        } catch (...) {
+            const Failure failure = current_failure();
+            if (failure.code == ExitCode::interrupted) throw;
+            BatchPart part{input.path, input.name};
+            part.state = PartState::failed;
+            part.failure = failure;
+            if (part.failure->file.empty()) part.failure->file = input.path.string();
+            result_.parts.push_back(std::move(part));
+            failed_ = true;
+        }
+    }
+
+    void plan_assembly(const BatchInput &input)
+    {
+        const auto scene = std::make_shared<const Scene>(import_scene(input.path, import(input.path)));
+        Plan all{input.path, input.name, scene->source_hash, assemble(*scene), result_.parts.size()};
+        for (const AssemblyPart &part : all.assembly.parts)
+            add(input, input.name + "/" + part.name, part.hash, false,
+                {{}, {}, scene, part, static_cast<double>(scene->meshes[part.mesh].triangles.size())});
+        assemblies_.push_back(std::move(all));
+    }
+
+    ImportOptions import(const fs::path &path) const
+    {
+        ImportOptions import = o_.part.import;
+        std::string ending = path.extension().string();
+        if (ending != ".stl" && ending != ".STL" && ending != ".Stl") import.unit.reset();
+        return import;
+    }
+
+    void add(const BatchInput &input, const std::string &name, const Sha256 &source, bool file, Job job)
+    {
+        const std::size_t index = result_.parts.size();
+        BatchPart part{input.path, name};
+        part.source = source;
+        result_.parts.push_back(std::move(part));
+        const auto [known, is_new] = job_of_.try_emplace(key(source, file), jobs_.size());
+        if (is_new) {
+            keys_.push_back(known->first);
+            jobs_.push_back(std::move(job));
+        }
+        jobs_[known->second].parts.push_back(index);
+    }
+
+    void work(Job &job)
+    {
+        const auto begin = std::chrono::steady_clock::now();
+        {
+            const std::lock_guard lock(mutex_);
+            if (failed_ && o_.fail_fast) return;
+        }
+        progress_->check();
+        const Sha256 &made = keys_[static_cast<std::size_t>(&job - jobs_.data())];
+        std::optional<Failure> failure;
+        std::optional<Cache::Entry> entry;
+        bool built = false;
+        try {
+            entry = cache_.find(made);
+            if (!entry) {
+                entry = convert(job, made);
+                built = true;
+            }
+        } catch (...) {
+            failure = current_failure();
+            if (failure->code == ExitCode::interrupted) throw;
+        }
+        job.assembly.reset(); // the last part of an assembly lets go of its meshes
+        for (const std::size_t index : job.parts) {
+            BatchPart part = result_.parts[index];
+            if (entry) {
+                try {
+                    part.about = entry->about;
+                    part.state = place(*entry, part) ? PartState::cached : PartState::up_to_date;
+                    if (built) part.state = PartState::built;
+                } catch (...) {
+                    failure = current_failure();
+                }
+            }
+            if (failure) {
+                part.state = PartState::failed;
+                part.failure = failure;
+                if (part.failure->file.empty())
+                    part.failure->file = job.path.empty()
+                                             ? fmt::format("{} ({})", part.input.string(), part.name)
+                                             : part.input.string();
+            }
+            built = false; // the others of the same geometry are not built again
+            const std::lock_guard lock(mutex_);
+            failed_ |= part.failure.has_value();
+            result_.parts[index] = std::move(part);
+            const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+            if (watch_.done) watch_.done(result_.parts[index], spent.count());
+        }
+    }
+
+    Cache::Entry convert(const Job &job, const Sha256 &made)
+    {
+        const Scene scene =
+            job.assembly ? part_scene(*job.assembly, job.part) : import_scene(job.path, import(job.path));
+        PartOptions options = o_.part;
+        options.max_memory = budget_.total();
+        options.import = job.assembly ? ImportOptions{} : import(job.path);
+        // A voxel that is still to be chosen may take all that there is.
+        const double need = options.voxel > 0 ? estimate(flatten(scene), options.voxel, options.channels,
+                                                         options.shell_spacing)
+                                                    .memory_bytes
+                                              : static_cast<double>(budget_.total());
+        const MemoryBudget::Share share(
+            budget_, static_cast<std::uint64_t>(std::min(need, static_cast<double>(budget_.total()))));
+        const Part part = convert_part(scene, options, *progress_);
+        json about = watch_.describe ? watch_.describe(part) : json::object();
+        about["warnings"] = json::array();
+        for (const Warning &warning : part.warnings)
+            about["warnings"].push_back({{"code", warning.code}, {"message", warning.message}});
+        return cache_.put(made, about,
+                          {{"vdb", part.vdb}, {"voxmap", part.voxmap}, {"pointshell", part.pointshell}});
+    }
+
+    /// Puts the entry's files where the part's results belong; whether any was not there.
+    bool place(const Cache::Entry &entry, BatchPart &part)
+    {
+        Outputs outputs(o_.force);
+        bool any = false;
+        for (const Cache::File &file : entry.files) {
+            const std::string name = part.name + "." + file.name;
+            const fs::path target = o_.output / name;
+            const auto mine = before_.files.find(name);
+            any |= outputs.link(file.path, target, [&] {
+                if (mine == before_.files.end()) return false;
+                const std::optional<Sha256> now = hash_of_file(target);
+                return now && hex(*now) == mine->second.sha256;
+            });
+            part.files.push_back({file.name, file.bytes, file.sha256, target});
+        }
+        outputs.commit();
+        return any;
+    }
+
+    void write(const Plan &plan)
+    {
+        json parts = json::array(), instances = json::array();
+        for (std::size_t n = 0; n < plan.assembly.parts.size(); ++n) {
+            const AssemblyPart &part = plan.assembly.parts[n];
+            const BatchPart &made = result_.parts[plan.first + n];
+            json files = json::object();
+            for (const Cache::File &file : made.files)
+                files[file.name] = {{"path", made.files.empty() ? "" : file.path.filename().string()},
+                                    {"sha256", file.sha256}};
+            parts.push_back({{"name", part.name},
+                             {"geometry_sha256", hex(part.hash)},
+                             {"shape", part.shape},
+                             {"instances", part.instances},
+                             {"files", files},
+                             {"failed", made.failure ? json(made.failure->what()) : json(nullptr)}});
+        }
+        for (const AssemblyInstance &each : plan.assembly.instances)
+            instances.push_back({{"name", each.name},
+                                 {"part", each.part},
+                                 {"position_m", each.position},
+                                 {"orientation_wxyz", each.orientation}});
+        const json out = {
+            {"schema", "voxshell-assembly/1"},
+            {"version", tool_version()},
+            {"name", plan.name},
+            {"source", {{"path", plan.input.filename().string()}, {"sha256", hex(plan.source)}}},
+            {"pose_error_m", plan.assembly.pose_error},
+            {"parts", parts},
+            {"instances", instances}};
+        const std::string text = out.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+        const fs::path path = o_.output / plan.name / assembly_name;
+        Outputs outputs(true); // it says what is there now, whatever was
+        outputs.add(path, text);
+        outputs.commit();
+        result_.assemblies.push_back(
+            {plan.input, path, plan.assembly.parts.size(), plan.assembly.instances.size(), text.size(),
+             hex(sha256({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}))});
+    }
+
+    /// What was made here before and is still there stays in it.
+    void write_manifest()
+    {
+        Manifest now;
+        std::error_code ignored;
+        for (const auto &[name, file] : before_.files)
+            if (fs::exists(o_.output / name, ignored)) now.files[name] = file;
+        for (const BatchPart &part : result_.parts)
+            for (const Cache::File &file : part.files)
+                now.files[part.name + "." + file.name] = {file.bytes, file.sha256};
+        for (const BatchAssembly &each : result_.assemblies)
+            now.files[each.file.lexically_relative(o_.output).generic_string()] = {each.bytes, each.sha256};
+        Outputs outputs(true);
+        outputs.add(manifest_path_, now.text());
+        outputs.commit();
+    }
+
+    const BatchOptions &o_;
+    const BatchWatch &watch_;
+    Cache cache_;
+    const fs::path manifest_path_;
+    const Manifest before_;
+    MemoryBudget budget_;
+    std::unique_ptr<Progress> progress_;
+    std::vector<Job> jobs_;
+    std::vector<Sha256> keys_; ///< of the jobs
+    std::map<Sha256, std::size_t> job_of_;
+    std::vector<Plan> assemblies_;
+    std::mutex mutex_; ///< of result_ while there is work, and of failed_
+    bool failed_ = false;
+    BatchResult result_;
+};
+
+} // namespace
+
+const char *name_of(PartState state)
+{
+    constexpr const char *names[] = {"built", "from the cache", "up to date", "failed", "not begun"};
+    return names[static_cast<std::size_t>(state)];
+}
+
+std::size_t BatchResult::count(PartState state) const
+{
+    return static_cast<std::size_t>(std::count_if(
+        parts.begin(), parts.end(), [&](const BatchPart &part) { return part.state == state; }));
+}
+
+BatchResult run_batch(const std::vector<BatchInput> &inputs, const BatchOptions &options,
+                      const BatchWatch &watch)
+{
+    return Batch(options, watch).run(inputs);
+}
+
+} // namespace voxshell

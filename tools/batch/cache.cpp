@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "batch/cache.hpp"
+
+#include "cli/failure.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+constexpr const char *entry_name = "entry.json";
+constexpr std::string_view temporary_prefix = "tmp-";
+
+[[noreturn]] void fail(const fs::path &path, int error)
+{
+    throw Failure(ExitCode::system, path.string(), std::strerror(error));
+}
+
+std::string machine()
+{
+    char name[256] = "localhost";
+    gethostname(name, sizeof name - 1);
+    return name;
+}
+
+void write_file(const fs::path &path, std::span<const std::uint8_t> bytes)
+{
+    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file < 0) fail(path, errno);
+    std::size_t at = 0;
+    while (at < bytes.size()) {
+        const ssize_t put = write(file, bytes.data() + at, std::min<std::size_t>(bytes.size() - at, 1 << 24));
+        if (put < 0 && errno == EINTR) continue;
+        if (put < 0) break;
+        at += static_cast<std::size_t>(put);
+    }
+    const int error = at < bytes.size() || fsync(file) != 0 ? errno : 0;
+    if ((close(file) != 0 && !error) || error) fail(path, error ? error : errno);
+}
+
+} // namespace
+
+std::optional<Sha256> hash_of_file(const fs::path &path)
+{
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return {};
+    std::vector<char> block(1 << 20);
+    Sha256Stream hash;
+    while (file) {
+        file.read(block.data(), static_cast<std::streamsize>(block.size()));
+        hash.update(
+            {reinterpret_cast<const std::uint8_t *>(block.data()), static_cast<std::size_t>(file.gcount())});
+    }
+    if (file.bad()) return {};
+    return hash.digest();
+}
+
+Cache::Cache(fs::path folder) : folder_(std::move(folder))
+{
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (error) throw Failure(ExitCode::system, folder_.string(), error.message());
+    if (access(folder_.c_str(), W_OK | X_OK) != 0) fail(folder_, errno);
+    // tmp-MACHINE-PID-SERIAL of a process that is no more.
+    const std::string mine = std::string(temporary_prefix) + machine() + "-";
+    for (const fs::directory_entry &each : fs::directory_iterator(folder_, error)) {
+        const std::string name = each.path().filename().string();
+        if (!name.starts_with(mine)) continue;
+        pid_t pid = 0;
+        std::from_chars(name.data() + mine.size(), name.data() + name.size(), pid);
+        if (pid > 0 && kill(pid, 0) != 0 && errno == ESRCH) drop(each.path());
+    }
+}
+
+fs::path Cache::folder_of(const Sha256 &key) const
+{
+    const std::string digits = hex(key);
+    return folder_ / digits.substr(0, 2) / digits.substr(2);
+}
+
+fs::path Cache::unused() const
+{
+    static std::atomic<unsigned> serial{0};
+    return folder_ / fmt::format("{}{}-{}-{}", temporary_prefix, machine(), getpid(), serial++);
+}
+
+fs::path Cache::temporary()
+{
+    const fs::path path = unused();
+    if (mkdir(path.c_str(), 0777) != 0) fail(path, errno);
+    return path;
+}
+
+void Cache::drop(const fs::path &folder)
+{
+    std::error_code ignored;
+    const fs::path aside = unused(); // at once, so that nobody meets half of it
+    fs::rename(folder, aside, ignored);
+    fs::remove_all(ignored ? folder : aside, ignored);
+}
+
+std::optional<Cache::Entry> Cache::read(const Sha256 &key, const fs::path &folder) const
+{
+    std::ifstream file(folder / entry_name, std::ios::binary);
+    if (!file) return {};
+    const json stored = json::parse(file, nullptr, false);
+    if (!stored.is_object() || stored.value("key", "") != hex(key) || !stored.contains("about") ||
+        !stored.contains("files") || !stored["files"].is_array())
+        return {};
+    Entry entry;
+    entry.about = stored["about"];
+    for (const json &each : stored["files"]) {
+        File one;
+        try {
+            one = {each.at("name"), each.at("bytes"), each.at("sha256"), {}};
+        } catch (const json::exception &) {
+            return {};
+        }
+        if (one.name.find('/') != one.name.npos) return {};
+        one.path = folder / one.name;
+        std::error_code error;
+        if (fs::file_size(one.path, error) != one.bytes || error) return {};
+        const std::optional<Sha256> hash = hash_of_file(one.path);
+        if (!hash || hex(*hash) != one.sha256) return {};
+        entry.files.push_back(std::move(one));
+    }
+    return entry;
+}
+
+std::optional<Cache::Entry> Cache::find(const Sha256 &key)
+{
+    const fs::path folder = folder_of(key);
+    std::error_code error;
+    if (!fs::exists(folder, error)) return {};
+    std::optional<Entry> entry = read(key, folder);
+    if (!entry)
+        drop(folder);
+    else
+        utimensat(AT_FDCWD, (folder / entry_name).c_str(), nullptr, 0); // used now; a reader's may be denied
+    return entry;
+}
+
+Cache::Entry Cache::put(const Sha256 &key, const json &about, const std::vector<Content> &files)
+{
+    const fs::path made = temporary(), folder = folder_of(key);
+    try {
+        json stored = {{"key", hex(key)}, {"about", about}, {"files", json::array()}};
+        Entry entry{about, {}};
+        for (const Content &each : files) {
+            write_file(made / each.name, each.bytes);
+            entry.files.push_back(
+                {each.name, each.bytes.size(), hex(sha256(each.bytes)), folder / each.name});
+            const File &file = entry.files.back();
+            stored["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+        }
+        const std::string text = stored.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+        write_file(made / entry_name, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
+        std::error_code error;
+        fs::create_directories(folder.parent_path(), error);
+        if (error) throw Failure(ExitCode::system, folder.string(), error.message());
+        if (rename(made.c_str(), folder.c_str()) != 0) {
+            const int reason = errno;
+            if (reason != EEXIST && reason != ENOTEMPTY) fail(folder, reason);
+            drop(made); // another program was first; the same key is the same result
+        }
+        return entry;
+    } catch (...) {
+        drop(made);
+        throw;
+    }
+}
+
+std::uint64_t Cache::shrink(std::uint64_t limit)
+{
+    struct Old {
+        fs::file_time_type used;
+        std::uint64_t bytes;
+        fs::path folder;
+    };
+    std::vector<Old> all;
+    std::uint64_t total = 0, gone = 0;
+    std::error_code error;
+    for (const fs::directory_entry &shelf : fs::directory_iterator(folder_, error)) {
+        if (shelf.path().filename().string().size() != 2) continue;
+        for (const fs::directory_entry &each : fs::directory_iterator(shelf.path(), error)) {
+            Old old{fs::last_write_time(each.path() / entry_name, error), 0, each.path()};
+            for (const fs::directory_entry &file : fs::directory_iterator(each.path(), error))
+                old.bytes += file.file_size(error);
+            total += old.bytes;
+            all.push_back(std::move(old));
+        }
+    }
+    std::sort(all.begin(), all.end(), [](const Old &a, const Old &b) { return a.used < b.used; });
+    for (const Old &old : all) {
+        if (total - gone <= limit) break;
+        drop(old.folder);
+        gone += old.bytes;
+    }
+    return gone;
+}
+
+} // namespace voxshell

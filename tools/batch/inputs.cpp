@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "batch/batch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower_ending(const fs::path &path)
+{
+    std::string ending = path.extension().string();
+    for (char &c : ending)
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    return ending;
+}
+
+bool is_cad(const fs::path &path)
+{
+    const std::string ending = lower_ending(path);
+    return ending == ".stl" || ending == ".gltf" || ending == ".glb";
+}
+
+void add_folder(const fs::path &folder, std::vector<BatchInput> &inputs)
+{
+    std::vector<fs::path> found;
+    for (auto at = fs::recursive_directory_iterator(folder); at != fs::recursive_directory_iterator(); ++at) {
+        if (at->path().filename().string().starts_with('.')) {
+            if (at->is_directory()) at.disable_recursion_pending();
+            continue;
+        }
+        if (at->is_regular_file() && is_cad(at->path())) found.push_back(at->path());
+    }
+    if (found.empty())
+        throw Failure(ExitCode::usage, folder.string(), "no .stl, .gltf or .glb in this folder");
+    std::sort(found.begin(), found.end());
+    for (const fs::path &path : found)
+        inputs.push_back({path, path.lexically_relative(folder).replace_extension("").generic_string()});
+}
+
+} // namespace
+
+std::vector<BatchInput> batch_inputs(const std::vector<std::string> &arguments)
+{
+    std::vector<BatchInput> inputs;
+    for (const std::string &argument : arguments) {
+        const fs::path path(argument);
+        std::error_code error;
+        if (fs::is_directory(path, error)) {
+            add_folder(path, inputs);
+            continue;
+        }
+        if (!is_cad(path))
+            throw Failure(ExitCode::usage, argument, "is neither a folder nor an .stl, .gltf or .glb");
+        inputs.push_back({path, path.stem().string()});
+    }
+    if (inputs.empty())
+        throw Failure(ExitCode::usage, "", "nothing to convert: name files, folders or --filelist");
+    std::map<std::string, std::size_t> uses;
+    for (const BatchInput &input : inputs) ++uses[input.name];
+    std::map<std::string, fs::path> named;
+    for (BatchInput &input : inputs) {
+        if (uses[input.name] > 1) input.name.append(1, '_').append(lower_ending(input.path), 1);
+        const auto [other, is_new] = named.emplace(input.name, input.path);
+        if (!is_new)
+            throw Failure(ExitCode::usage, input.path.string(),
+                          fmt::format("and {} would both write {}.voxmap: give the folder that holds both",
+                                      other->second.string(), input.name));
+    }
+    return inputs;
+}
+
+} // namespace voxshell

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// voxshell batch: folders, lists and assemblies, each distinct part once.
+#include "batch/batch.hpp"
+#include "cli/part_options.hpp"
+#include "cli/run_report.hpp"
+#include "cli/verb.hpp"
+#include "pipeline/estimate.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <memory>
+
+#include <unistd.h>
+
+namespace voxshell {
+namespace {
+
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+struct BatchChoice : SharedOptions, PartChoice {
+    std::vector<std::string> inputs;
+    std::string list, folder, cache, cache_size;
+    bool per_part = false, fail_fast = false;
+};
+
+/// One file a line; empty lines and those that begin with # are none. Relative to the list's own folder.
+void add_list(const std::string &list, std::vector<std::string> &inputs)
+{
+    std::ifstream file(list);
+    if (!file) throw Failure(ExitCode::system, list, "cannot read");
+    for (std::string line; std::getline(file, line);) {
+        while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+        if (line.empty() || line[0] == '#') continue;
+        const fs::path path(line);
+        inputs.push_back(path.is_absolute() ? line : (fs::path(list).parent_path() / path).string());
+    }
+}
+
+bool reads_stl(const std::vector<BatchInput> &inputs)
+{
+    return std::any_of(inputs.begin(), inputs.end(), [](const BatchInput &input) {
+        const std::string ending = input.path.extension().string();
+        return ending.size() == 4 && (ending[1] == 's' || ending[1] == 'S');
+    });
+}
+
+/// On stderr, one part after another.
+class Watch {
+  public:
+    explicit Watch(const BatchChoice &o)
+        : json_(o.progress == ProgressMode::json),
+          line_(!json_ && (o.progress == ProgressMode::always ||
+                           (o.progress == ProgressMode::automatic && !o.quiet && isatty(STDERR_FILENO))))
+    {
+    }
+
+    void begin(std::size_t parts)
+    {
+        parts_ = parts;
+        began_ = std::chrono::steady_clock::now();
+    }
+
+    void done(const BatchPart &part, double seconds)
+    {
+        ++done_;
+        std::uint64_t bytes = 0;
+        for (const Cache::File &file : part.files) bytes += file.bytes;
+        bytes_ += bytes;
+        if (line_) fmt::print(stderr, "\r\033[K");
+        if (part.failure) tell_failure("batch", *part.failure);
+        if (json_)
+            fmt::print(stderr, "{}\n",
+                       json{{"part", part.name},
+                            {"state", name_of(part.state)},
+                            {"seconds", seconds},
+                            {"bytes", bytes},
+                            {"done", done_},
+                            {"total", parts_}}
+                           .dump(-1, ' ', false, json::error_handler_t::replace));
+        if (!line_) return;
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began_;
+        fmt::print(stderr, "{}/{} parts, {}, {:.0f} s left  {}", done_, parts_, format_size(bytes_),
+                   spent.count() / static_cast<double>(done_) * static_cast<double>(parts_ - done_),
+                   part.name);
+        std::fflush(stderr);
+        if (done_ == parts_) fmt::print(stderr, "\r\033[K");
+    }
+
+  private:
+    bool json_, line_;
+    std::size_t parts_ = 0, done_ = 0;
+    std::uint64_t bytes_ = 0;
+    std::chrono::steady_clock::time_point began_{};
+};
+
+ExitCode run(const BatchChoice &o)
+{
+    std::vector<std::string> named = o.inputs;
+    if (!o.list.empty()) add_list(o.list, named);
+    const std::vector<BatchInput> inputs = batch_inputs(named);
+    if (o.voxel == 0 && !o.voxel_auto)
+        throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm or --voxel auto");
+    const bool stl = reads_stl(inputs);
+    if (stl && o.unit.empty())
+        throw Failure(ExitCode::usage, "", "an STL file has no unit; say --unit mm (or cm, m, in)");
+
+    BatchOptions options;
+    options.part = part_options(o, o);
+    options.part.import.z_up = o.up == "z";
+    if (stl) options.part.import.unit = parse_unit(o.unit);
+    json effective = part_options_json(o, o);
+    options.effective = effective;
+    options.effective.erase("max_memory_bytes");
+    if (o.voxel_auto) // the only choice that memory has a part in
+        options.effective["memory_for_auto"] = o.max_memory.value_or(machine_memory());
+    options.per_part = o.per_part;
+    options.fail_fast = o.fail_fast;
+    options.force = o.force;
+    options.jobs = o.jobs;
+    options.output = o.folder;
+    const char *shared = std::getenv("VOXSHELL_CACHE");
+    options.cache = !o.cache.empty()    ? fs::path(o.cache)
+                    : shared && *shared ? fs::path(shared)
+                                        : fs::path(o.folder) / ".voxshell-cache";
+    if (!o.cache_size.empty()) options.cache_limit = parse_size(o.cache_size);
+
+    RunReport report(o.reproducible);
+    Watch told(o);
+    const BatchResult result =
+        run_batch(inputs, options,
+                  {[&](std::size_t parts) { told.begin(parts); },
+                   [&](const BatchPart &part, double seconds) { told.done(part, seconds); },
+                   [](const Part &part) {
+                       json described = part_json(part, part.voxel);
+                       described.erase("name"); // of the first place that it was made for
+                       return described;
+                   }});
+
+    effective["per_part"] = o.per_part;
+    report.options(effective);
+    const fs::path *last = nullptr;
+    for (const BatchPart &part : result.parts) {
+        if (!last || *last != part.input) report.input(part.input, part.source);
+        last = &part.input;
+        if (part.failure) {
+            report.failed(part.name, *part.failure);
+            continue;
+        }
+        if (part.state == PartState::not_begun) continue;
+        json described = {{"name", part.name}};
+        for (const auto &[key, value] : part.about.items())
+            if (key != "warnings") described[key] = value;
+        report.part(std::move(described));
+        for (const json &warning : part.about["warnings"])
+            report.warning({warning["code"], part.name + ": " + warning["message"].get<std::string>()});
+        for (const Cache::File &file : part.files) report.output(file.path, file.bytes, file.sha256);
+    }
+    for (const BatchAssembly &each : result.assemblies) report.output(each.file, each.bytes, each.sha256);
+    json counts;
+    std::string said;
+    for (const PartState state : {PartState::built, PartState::cached, PartState::up_to_date,
+                                  PartState::failed, PartState::not_begun}) {
+        const std::size_t n = result.count(state);
+        std::string key = name_of(state);
+        std::replace(key.begin(), key.end(), ' ', '_');
+        counts[key] = n;
+        if (n || state == PartState::built || state == PartState::failed)
+            said += fmt::format("{}{} {}", said.empty() ? "" : ", ", format_count(n), name_of(state));
+    }
+    report.tally(counts);
+    const std::string text = report.text();
+    if (!o.report.empty()) write_report(o.report, text, o.force);
+    if (o.json)
+        fmt::print("{}", text);
+    else if (!o.quiet)
+        fmt::print("{}\n", said);
+    return result.worst;
+}
+
+} // namespace
+
+VerbAction add_batch(CLI::App &verb)
+{
+    auto o = std::make_shared<BatchChoice>();
+    verb.add_option("INPUT", o->inputs, "folders with .stl, .gltf and .glb below them, and such files");
+    verb.add_option("--filelist", o->list, "a file that names inputs, one a line, relative to its own folder")
+        ->type_name("FILE");
+    verb.add_option("-o,--output", o->folder,
+                    "folder of the results and of manifest.json, made if it is not there")
+        ->required()
+        ->type_name("DIR");
+    verb.add_flag(
+        "--per-part", o->per_part,
+        "a glTF is an assembly: each distinct part once, NAME/assembly.json says where each stands");
+    verb.add_option("--cache", o->cache,
+                    "results under what they were made of, for all runs and machines that share the folder "
+                    "(default: $VOXSHELL_CACHE, or DIR/.voxshell-cache)")
+        ->type_name("DIR");
+    verb.add_option("--cache-size", o->cache_size,
+                    "afterwards take the longest unused out of the cache until it is no larger (default: no "
+                    "limit)")
+        ->type_name("SIZE");
+    verb.add_flag("--fail-fast", o->fail_fast, "end at the first part that fails (default: go on)");
+    add_part_options(verb, *o);
+    add_shared(verb, *o,
+               {Shared::unit, Shared::jobs, Shared::max_memory, Shared::strict, Shared::force, Shared::format,
+                Shared::report, Shared::reproducible, Shared::progress, Shared::quiet});
+    return [o] { return run(*o); };
+}
+
+} // namespace voxshell
