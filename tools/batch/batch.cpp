@@ -104,7 +104,7 @@ class Batch {
                 source = import_scene(input.path, import(input.path)).source_hash; // with what it refers to
             }
             std::error_code ignored;
-            add(input, input.name, source, true,
+            add(input, input.name, source, source,
                 {{}, input.path, {}, {}, static_cast<double>(fs::file_size(input.path, ignored))});
         } catch (...) {
             const Failure failure = current_failure();
@@ -123,7 +123,7 @@ class Batch {
         const auto scene = std::make_shared<const Scene>(import_scene(input.path, import(input.path)));
         Plan all{input.path, input.name, scene->source_hash, assemble(*scene), result_.parts.size()};
         for (const AssemblyPart &part : all.assembly.parts)
-            add(input, input.name + "/" + part.name, part.hash, false,
+            add(input, input.name + "/" + part.name, scene->source_hash, part.hash,
                 {{}, {}, scene, part, static_cast<double>(scene->meshes[part.mesh].triangles.size())});
         assemblies_.push_back(std::move(all));
     }
@@ -136,13 +136,15 @@ class Batch {
         return import;
     }
 
-    void add(const BatchInput &input, const std::string &name, const Sha256 &source, bool file, Job job)
+    void add(const BatchInput &input, const std::string &name, const Sha256 &source, const Sha256 &geometry,
+             Job job)
     {
         const std::size_t index = result_.parts.size();
         BatchPart part{input.path, name};
-        part.source = source;
+        part.input_hash = source;
         result_.parts.push_back(std::move(part));
-        const auto [known, is_new] = job_of_.try_emplace(key(source, file), jobs_.size());
+        const auto [known, is_new] =
+            job_of_.try_emplace(key(geometry, job.assembly == nullptr), jobs_.size());
         if (is_new) {
             keys_.push_back(known->first);
             jobs_.push_back(std::move(job));
@@ -177,7 +179,7 @@ class Batch {
             BatchPart part = result_.parts[index];
             if (entry) {
                 try {
-                    part.about = entry->about;
+                    part.about = entry->about.dump(-1, ' ', false, json::error_handler_t::replace);
                     part.state = place(*entry, part) ? PartState::cached : PartState::up_to_date;
                     if (built) part.state = PartState::built;
                 } catch (...) {

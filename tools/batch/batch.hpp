@@ -44,8 +44,8 @@ struct BatchPart {
     std::filesystem::path input;
     std::string name; ///< "gears/left", "robot/arm"
     PartState state = PartState::not_begun;
-    Sha256 source{};
-    nlohmann::ordered_json about{}; ///< as `describe` told, with "warnings"
+    Sha256 input_hash{};              ///< of the file and what it refers to; zero if it could not be read
+    std::string about{};              ///< JSON: as `describe` told, with "warnings"; text takes a fifth
     std::vector<Cache::File> files{}; ///< paths in the output folder
     std::optional<Failure> failure{};
 };

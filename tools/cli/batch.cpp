@@ -97,6 +97,106 @@ class Watch {
     std::chrono::steady_clock::time_point began_{};
 };
 
+constexpr PartState states[] = {PartState::built, PartState::cached, PartState::up_to_date, PartState::failed,
+                                PartState::not_begun};
+
+/// "3 built, 97 up to date, 0 failed"
+std::string tally(const BatchResult &result)
+{
+    std::string said;
+    for (const PartState state : states)
+        if (const std::size_t n = result.count(state);
+            n || state == PartState::built || state == PartState::failed)
+            said += fmt::format("{}{} {}", said.empty() ? "" : ", ", format_count(n), name_of(state));
+    return said;
+}
+
+/// voxshell-report/1 of many parts, an item a line, never as a whole in memory.
+struct BatchReport {
+    const BatchResult &result;
+    const json &options;
+    bool reproducible;
+    double seconds;
+
+    void write(const Outputs::Sink &sink) const
+    {
+        sink(fmt::format("{{\n  \"schema\": \"voxshell-report/1\",\n  \"version\": {},\n  \"options\": {}",
+                         text(tool_version()), text(options)));
+        list(sink, "inputs", [&](const auto &item) {
+            const fs::path *last = nullptr;
+            for (const BatchPart &part : result.parts) {
+                if (!last || *last != part.input)
+                    item({{"path", shown(part.input)}, {"sha256", hex(part.input_hash)}});
+                last = &part.input;
+            }
+        });
+        list(sink, "parts", [&](const auto &item) {
+            for (const BatchPart &part : result.parts) {
+                if (part.about.empty() || part.failure) continue;
+                const json about = json::parse(part.about);
+                json described = {{"name", part.name}};
+                for (const auto &[key, value] : about.items())
+                    if (key != "warnings") described[key] = value;
+                item(described);
+            }
+        });
+        list(sink, "outputs", [&](const auto &item) {
+            for (const BatchPart &part : result.parts)
+                for (const Cache::File &file : part.files)
+                    item({{"path", shown(file.path)}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+            for (const BatchAssembly &each : result.assemblies)
+                item({{"path", shown(each.file)}, {"bytes", each.bytes}, {"sha256", each.sha256}});
+        });
+        list(sink, "warnings", [&](const auto &item) {
+            for (const BatchPart &part : result.parts) {
+                if (part.about.empty()) continue;
+                const json about = json::parse(part.about);
+                for (const json &warning : about["warnings"])
+                    item({{"code", warning["code"]},
+                          {"message", part.name + ": " + warning["message"].get<std::string>()}});
+            }
+        });
+        list(sink, "failed", [&](const auto &item) {
+            for (const BatchPart &part : result.parts)
+                if (part.failure)
+                    item({{"path", part.name},
+                          {"code", static_cast<int>(part.failure->code)},
+                          {"message", part.failure->what()}});
+        });
+        json counts;
+        for (const PartState state : states) {
+            std::string key = name_of(state);
+            std::replace(key.begin(), key.end(), ' ', '_');
+            counts[key] = result.count(state);
+        }
+        sink(",\n  \"counts\": " + text(counts));
+        if (!reproducible)
+            sink(",\n  \"cost\": " + text({{"seconds", seconds}, {"peak_rss_bytes", peak_memory()}}));
+        sink("\n}\n");
+    }
+
+  private:
+    static std::string text(const json &value)
+    {
+        return value.dump(-1, ' ', false, json::error_handler_t::replace);
+    }
+    std::string shown(const fs::path &path) const
+    {
+        return reproducible ? path.filename().string() : path.string();
+    }
+    template<typename Each>
+    static void list(const Outputs::Sink &sink, const char *name, const Each &each)
+    {
+        sink(fmt::format(",\n  \"{}\": [", name));
+        bool first = true;
+        each([&](const json &item) {
+            sink((first ? "\n    " : ",\n    ") + text(item));
+            first = false;
+        });
+        sink(first ? "]" : "\n  ]");
+    }
+};
+
 ExitCode run(const BatchChoice &o)
 {
     std::vector<std::string> named = o.inputs;
@@ -128,7 +228,7 @@ ExitCode run(const BatchChoice &o)
                                         : fs::path(o.folder) / ".voxshell-cache";
     if (!o.cache_size.empty()) options.cache_limit = parse_size(o.cache_size);
 
-    RunReport report(o.reproducible);
+    const auto begin = std::chrono::steady_clock::now();
     Watch told(o);
     const BatchResult result =
         run_batch(inputs, options,
@@ -141,43 +241,14 @@ ExitCode run(const BatchChoice &o)
                    }});
 
     effective["per_part"] = o.per_part;
-    report.options(effective);
-    const fs::path *last = nullptr;
-    for (const BatchPart &part : result.parts) {
-        if (!last || *last != part.input) report.input(part.input, part.source);
-        last = &part.input;
-        if (part.failure) {
-            report.failed(part.name, *part.failure);
-            continue;
-        }
-        if (part.state == PartState::not_begun) continue;
-        json described = {{"name", part.name}};
-        for (const auto &[key, value] : part.about.items())
-            if (key != "warnings") described[key] = value;
-        report.part(std::move(described));
-        for (const json &warning : part.about["warnings"])
-            report.warning({warning["code"], part.name + ": " + warning["message"].get<std::string>()});
-        for (const Cache::File &file : part.files) report.output(file.path, file.bytes, file.sha256);
-    }
-    for (const BatchAssembly &each : result.assemblies) report.output(each.file, each.bytes, each.sha256);
-    json counts;
-    std::string said;
-    for (const PartState state : {PartState::built, PartState::cached, PartState::up_to_date,
-                                  PartState::failed, PartState::not_begun}) {
-        const std::size_t n = result.count(state);
-        std::string key = name_of(state);
-        std::replace(key.begin(), key.end(), ' ', '_');
-        counts[key] = n;
-        if (n || state == PartState::built || state == PartState::failed)
-            said += fmt::format("{}{} {}", said.empty() ? "" : ", ", format_count(n), name_of(state));
-    }
-    report.tally(counts);
-    const std::string text = report.text();
-    if (!o.report.empty()) write_report(o.report, text, o.force);
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+    const BatchReport report{result, effective, o.reproducible, spent.count()};
+    if (!o.report.empty())
+        write_report(o.report, o.force, [&](const Outputs::Sink &sink) { report.write(sink); });
     if (o.json)
-        fmt::print("{}", text);
+        report.write([](std::string_view text) { fmt::print("{}", text); });
     else if (!o.quiet)
-        fmt::print("{}\n", said);
+        fmt::print("{}\n", tally(result));
     return result.worst;
 }
 

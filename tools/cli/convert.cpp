@@ -138,7 +138,8 @@ class Convert {
         if (o_.voxel_auto && chosen_.size() == 1) effective["voxel_m"] = *chosen_.begin();
         report_.options(effective);
         const std::string text = report_.text();
-        if (!o_.report.empty()) write_report(o_.report, text, o_.force);
+        if (!o_.report.empty())
+            write_report(o_.report, o_.force, [&](const Outputs::Sink &sink) { sink(text); });
         if (o_.json) fmt::print("{}", text);
         return worst;
     }

@@ -3,7 +3,6 @@
 
 #include "cli/convert_extra.hpp"
 #include "pipeline/estimate.hpp"
-#include "pipeline/output.hpp"
 
 #include <fstream>
 
@@ -106,22 +105,13 @@ json part_json(const Part &part, double voxel)
 
 void RunReport::part(const Part &part, double voxel)
 {
-    this->part(part_json(part, voxel));
-}
-
-void RunReport::part(json described)
-{
-    json_["parts"].push_back(std::move(described));
+    json_["parts"].push_back(part_json(part, voxel));
 }
 
 void RunReport::output(const std::filesystem::path &path, std::span<const std::uint8_t> bytes)
 {
-    output(path, bytes.size(), hex(sha256(bytes)));
-}
-
-void RunReport::output(const std::filesystem::path &path, std::uint64_t bytes, const std::string &hash)
-{
-    json_["outputs"].push_back({{"path", shown(path)}, {"bytes", bytes}, {"sha256", hash}});
+    json_["outputs"].push_back(
+        {{"path", shown(path)}, {"bytes", bytes.size()}, {"sha256", hex(sha256(bytes))}});
 }
 
 void RunReport::warning(const Warning &warning)
@@ -135,11 +125,6 @@ void RunReport::failed(const std::filesystem::path &path, const Failure &failure
         {{"path", shown(path)}, {"code", static_cast<int>(failure.code)}, {"message", failure.what()}});
 }
 
-void RunReport::tally(json counts)
-{
-    json_["counts"] = std::move(counts);
-}
-
 std::string RunReport::text() const
 {
     json out = json_;
@@ -150,7 +135,8 @@ std::string RunReport::text() const
     return json_text(out);
 }
 
-void write_report(const std::filesystem::path &path, const std::string &text, bool force)
+void write_report(const std::filesystem::path &path, bool force,
+                  const std::function<void(const Outputs::Sink &)> &write)
 {
     std::error_code ignored;
     if (!force && std::filesystem::is_regular_file(path, ignored)) {
@@ -160,7 +146,7 @@ void write_report(const std::filesystem::path &path, const std::string &text, bo
         force = head.find("\"schema\": \"voxshell-report/") != std::string::npos;
     }
     Outputs outputs(force);
-    outputs.add(path, text);
+    outputs.add_stream(path, write);
     outputs.commit();
 }
 

@@ -5,6 +5,7 @@
 #include "cli/failure.hpp"
 #include "container/container.hpp"
 #include "pipeline/convert_part.hpp"
+#include "pipeline/output.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -20,10 +21,7 @@ class RunReport {
     void options(nlohmann::ordered_json effective);
     void input(const std::filesystem::path &path, const Sha256 &hash);
     void part(const Part &part, double voxel);
-    void part(nlohmann::ordered_json described); ///< by part_json()
     void output(const std::filesystem::path &path, std::span<const std::uint8_t> bytes);
-    void output(const std::filesystem::path &path, std::uint64_t bytes, const std::string &sha256);
-    void tally(nlohmann::ordered_json counts); ///< batch: how many parts were built, ...
     void warning(const Warning &warning);
     void failed(const std::filesystem::path &path, const Failure &failure);
     /// With the cost up to now, unless reproducible.
@@ -39,8 +37,10 @@ class RunReport {
 /// A member of `parts`.
 nlohmann::ordered_json part_json(const Part &part, double voxel);
 
-/// Writes the report: an older report of that name is replaced, any other file only with `force`.
-void write_report(const std::filesystem::path &path, const std::string &text, bool force);
+/// Writes the report: an older report of that name is replaced, any other file only with `force`. `write`
+/// hands its text to the sink piece by piece.
+void write_report(const std::filesystem::path &path, bool force,
+                  const std::function<void(const Outputs::Sink &)> &write);
 
 /// JSON text, indented; bytes of a path that are not UTF-8 become U+FFFD.
 std::string json_text(const nlohmann::ordered_json &json);
