@@ -15,6 +15,7 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <set>
 
 namespace voxshell {
 namespace {
@@ -22,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
-constexpr const char *manifest_name = "manifest.json", *assembly_name = "assembly.json";
+constexpr const char *manifest_name = "manifest.json", *assembly_name = "assembly.json",
+                     *work_folder = ".voxshell-work";
 
 /// What is converted once, and all places where it is wanted.
 struct Job {
@@ -54,16 +56,81 @@ class Batch {
             if (part.state == PartState::failed && watch_.done) watch_.done(part, 0);
         std::vector<double> weights;
         for (const Job &job : jobs_) weights.push_back(job.weight);
+        if (o_.shard) {
+            work_on(*o_.shard, weights);
+            return finished();
+        }
+        if (o_.fill) fill_elsewhere(weights);
         each_heaviest_first(weights, o_.jobs, [&](std::size_t n) { work(jobs_[n]); });
         for (const Plan &assembly : assemblies_) write(assembly);
         write_manifest();
         if (o_.cache_limit) cache_.shrink(o_.cache_limit);
+        return finished();
+    }
+
+  private:
+    BatchResult finished()
+    {
         for (const BatchPart &part : result_.parts)
             if (part.failure) result_.worst = std::max(result_.worst, part.failure->code);
         return std::move(result_);
     }
 
-  private:
+    WorkPlan work_plan() const
+    {
+        Sha256Stream all;
+        for (const Sha256 &key : keys_) all.update(key);
+        WorkPlan plan;
+        plan.hash = hex(all.digest()).substr(0, 16);
+        plan.folder = o_.output / work_folder / plan.hash;
+        plan.parts = jobs_.size();
+        return plan;
+    }
+
+    /// Parts take turns, the heaviest first: shards are of about the same weight.
+    void work_on(const Shard &shard, const std::vector<double> &weights)
+    {
+        const WorkPlan plan = work_plan();
+        if (plan.hash != shard.hash)
+            throw Failure(ExitCode::system, plan.folder.string(),
+                          "the inputs are not those that the work was planned for");
+        const std::vector<std::size_t> order = heaviest_first(weights);
+        std::vector<std::size_t> mine;
+        std::vector<double> of_mine;
+        for (std::size_t n = shard.index; n < order.size(); n += shard.of) {
+            mine.push_back(order[n]);
+            of_mine.push_back(weights[order[n]]);
+        }
+        each_heaviest_first(of_mine, o_.jobs, [&](std::size_t n) { work(jobs_[mine[n]]); });
+        Outputs outputs(true);
+        outputs.add(plan.done(shard.index, shard.of), std::string());
+        outputs.commit();
+    }
+
+    void fill_elsewhere(const std::vector<double> &weights)
+    {
+        WorkPlan plan = work_plan();
+        const std::vector<std::size_t> order = heaviest_first(weights);
+        json parts = json::array();
+        for (const std::size_t n : order) {
+            if (!cache_.find(keys_[n])) missing_.insert(n);
+            parts.push_back({{"name", result_.parts[jobs_[n].parts[0]].name},
+                             {"key", hex(keys_[n])},
+                             {"missing", missing_.count(n) > 0}});
+        }
+        plan.missing = missing_.size();
+        if (plan.missing == 0) return;
+        const json out = {{"schema", "voxshell-work/1"}, {"version", tool_version()}, {"parts", parts}};
+        Outputs outputs(true);
+        outputs.add(plan.folder / "plan.json",
+                    out.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+        outputs.commit();
+        o_.fill(plan);
+        std::error_code ignored;
+        fs::remove_all(plan.folder, ignored);
+        fs::remove(plan.folder.parent_path(), ignored); // unless there is other work in it
+    }
+
     struct Plan {
         fs::path input;
         std::string name;
@@ -170,6 +237,8 @@ class Batch {
                 entry = convert(job, made);
                 built = true;
             }
+            built |=
+                missing_.count(static_cast<std::size_t>(&job - jobs_.data())) > 0; // elsewhere, in this run
         } catch (...) {
             failure = current_failure();
             if (failure->code == ExitCode::interrupted) throw;
@@ -177,7 +246,9 @@ class Batch {
         job.assembly.reset(); // the last part of an assembly lets go of its meshes
         for (const std::size_t index : job.parts) {
             BatchPart part = result_.parts[index];
-            if (entry) {
+            if (entry && o_.shard) {
+                part.state = built ? PartState::built : PartState::cached;
+            } else if (entry) {
                 try {
                     part.about = entry->about.dump(-1, ' ', false, json::error_handler_t::replace);
                     part.state = place(*entry, part) ? PartState::cached : PartState::up_to_date;
@@ -313,6 +384,8 @@ class Batch {
     std::vector<Job> jobs_;
     std::vector<Sha256> keys_; ///< of the jobs
     std::map<Sha256, std::size_t> job_of_;
+    std::set<std::size_t>
+        missing_; ///< jobs whose results the cache did not have, where it is filled elsewhere
     std::vector<Plan> assemblies_;
     std::mutex mutex_; ///< of result_ while there is work, and of failed_
     bool failed_ = false;
@@ -320,6 +393,11 @@ class Batch {
 };
 
 } // namespace
+
+fs::path WorkPlan::done(unsigned shard, unsigned of) const
+{
+    return folder / fmt::format("{}-of-{}.done", shard, of);
+}
 
 const char *name_of(PartState state)
 {

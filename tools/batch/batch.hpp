@@ -15,6 +15,22 @@
 
 namespace voxshell {
 
+/// All parts of a batch in the order in which shards take turns at them: the same on every machine that sees
+/// the same inputs and options.
+struct WorkPlan {
+    std::string hash;             ///< 16 digits, of all keys
+    std::filesystem::path folder; ///< DIR/.voxshell-work/HASH, with plan.json
+    std::size_t parts = 0;        ///< distinct ones
+    std::size_t missing = 0;      ///< in the cache
+    /// The file that a shard leaves when it is through.
+    std::filesystem::path done(unsigned shard, unsigned of) const;
+};
+
+struct Shard {
+    unsigned index = 0, of = 1;
+    std::string hash; ///< of the plan that it is a shard of
+};
+
 struct BatchOptions {
     PartOptions part;                 ///< of every part; its `import.unit` is for STL only
     nlohmann::ordered_json effective; ///< all that makes a result what it is, for the key
@@ -24,6 +40,10 @@ struct BatchOptions {
     unsigned jobs = 0;                ///< 0: one a core
     std::filesystem::path output, cache;
     std::uint64_t cache_limit = 0; ///< [bytes]; 0: none
+    /// Called where parts are missing in the cache, to fill it elsewhere; what it leaves out is converted
+    /// here.
+    std::function<void(const WorkPlan &)> fill;
+    std::optional<Shard> shard; ///< convert only these, into the cache and nothing else
 };
 
 struct BatchInput {

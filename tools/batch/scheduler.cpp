@@ -30,16 +30,21 @@ MemoryBudget::Share::~Share()
     budget_.freed_.notify_all();
 }
 
+std::vector<std::size_t> heaviest_first(const std::vector<double> &weights)
+{
+    std::vector<std::size_t> order(weights.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return weights[a] > weights[b]; });
+    return order;
+}
+
 void each_heaviest_first(const std::vector<double> &weights, unsigned jobs,
                          const std::function<void(std::size_t)> &work)
 {
     if (jobs == 0) jobs = std::max(1u, std::thread::hardware_concurrency());
     const auto threads = static_cast<unsigned>(std::min<std::size_t>(jobs, weights.size()));
-    std::vector<std::size_t> order(weights.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return weights[a] > weights[b]; });
-
+    const std::vector<std::size_t> order = heaviest_first(weights);
     std::mutex mutex;
     std::size_t next = 0;
     unsigned busy = threads;

@@ -39,10 +39,13 @@ class MemoryBudget {
     std::uint64_t given_ = 0, most_ = 0;
 };
 
-/// Calls work(n) once for each n < weights.size(), the heaviest first, the lighter index among equals, on
-/// `jobs` threads (0: one a core). Each call may use oneTBB: threads that have no call left to begin help
-/// the others, and there are never more than `jobs` at work. `work` throws nothing but what ends all: the
-/// first exception is thrown again when all threads have stopped.
+/// Indices by falling weight, the lighter index among equals.
+std::vector<std::size_t> heaviest_first(const std::vector<double> &weights);
+
+/// Calls work(n) once for each n of heaviest_first(), on `jobs` threads (0: one a core). Each call may use
+/// oneTBB: threads that have no call left to begin help the others, and there are never more than `jobs` at
+/// work. `work` throws nothing but what ends all: the first exception is thrown again when all threads have
+/// stopped.
 void each_heaviest_first(const std::vector<double> &weights, unsigned jobs,
                          const std::function<void(std::size_t)> &work);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell batch: folders, lists and assemblies, each distinct part once.
 #include "batch/batch.hpp"
+#include "batch/slurm.hpp"
 #include "cli/part_options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
@@ -23,7 +24,9 @@ using json = nlohmann::ordered_json;
 
 struct BatchChoice : SharedOptions, PartChoice {
     std::vector<std::string> inputs;
-    std::string list, folder, cache, cache_size;
+    std::string list, folder, cache, cache_size, executor = "local", shard;
+    std::vector<std::string> sbatch;
+    unsigned shards = 8;
     bool per_part = false, fail_fast = false;
 };
 
@@ -197,6 +200,38 @@ struct BatchReport {
     }
 };
 
+/// This program's own arguments, less what is for the one that submits.
+std::vector<std::string> own_command()
+{
+    std::ifstream file("/proc/self/cmdline", std::ios::binary);
+    std::vector<std::string> all;
+    for (std::string word; std::getline(file, word, '\0');) all.push_back(word);
+    std::vector<std::string> kept{fs::read_symlink("/proc/self/exe").string()};
+    for (std::size_t n = 1; n < all.size(); ++n) {
+        const std::string name = all[n].substr(0, all[n].find('='));
+        if (name == "--executor" || name == "--shards" || name == "--sbatch" || name == "--report" ||
+            name == "--format" || name == "--progress") {
+            if (name == all[n]) ++n; // its value is the next word
+            continue;
+        }
+        kept.push_back(all[n]);
+    }
+    return kept;
+}
+
+/// "3/8:0123456789abcdef"
+Shard parse_shard(const std::string &text)
+{
+    Shard shard;
+    char hash[17] = "";
+    int end = 0;
+    if (std::sscanf(text.c_str(), "%u/%u:%16[0-9a-f]%n", &shard.index, &shard.of, hash, &end) != 3 ||
+        text.size() != static_cast<std::size_t>(end) || shard.index >= shard.of)
+        throw Failure(ExitCode::usage, "", fmt::format("--shard: '{}' is not K/N:HASH", text));
+    shard.hash = hash;
+    return shard;
+}
+
 ExitCode run(const BatchChoice &o)
 {
     std::vector<std::string> named = o.inputs;
@@ -227,6 +262,15 @@ ExitCode run(const BatchChoice &o)
                     : shared && *shared ? fs::path(shared)
                                         : fs::path(o.folder) / ".voxshell-cache";
     if (!o.cache_size.empty()) options.cache_limit = parse_size(o.cache_size);
+
+    if (!o.shard.empty()) options.shard = parse_shard(o.shard);
+    if (o.executor == "slurm")
+        options.fill = [&](const WorkPlan &plan) {
+            const auto most = static_cast<unsigned>(std::min<std::size_t>(o.shards, plan.missing));
+            run_on_slurm(plan, {own_command(), o.sbatch, most, 3, [&](const std::string &line) {
+                                    if (!o.quiet) fmt::print(stderr, "voxshell batch: {}\n", line);
+                                }});
+        };
 
     const auto begin = std::chrono::steady_clock::now();
     Watch told(o);
@@ -275,6 +319,19 @@ VerbAction add_batch(CLI::App &verb)
                     "afterwards take the longest unused out of the cache until it is no larger (default: no "
                     "limit)")
         ->type_name("SIZE");
+    verb.add_option("--executor", o->executor,
+                    "where parts are converted: local, or slurm: an array job fills the cache, which all its "
+                    "nodes must see, as DIR and the inputs (default local)")
+        ->check(CLI::IsMember({"local", "slurm"}))
+        ->type_name("WHERE");
+    verb.add_option("--shards", o->shards, "tasks of the array job (default 8; 1 to 10000)")
+        ->check(CLI::Range(1u, 10000u))
+        ->type_name("N");
+    verb.add_option("--sbatch", o->sbatch, "one more argument for sbatch, as --sbatch=--partition=night")
+        ->expected(1)
+        ->take_all()
+        ->type_name("ARG");
+    verb.add_option("--shard", o->shard, "what such a task is called with: K/N:HASH")->type_name("SHARD");
     verb.add_flag("--fail-fast", o->fail_fast, "end at the first part that fails (default: go on)");
     add_part_options(verb, *o);
     add_shared(verb, *o,

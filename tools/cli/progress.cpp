@@ -130,6 +130,11 @@ void leave_when_interrupted(std::function<void()> how)
     leave = std::move(how);
 }
 
+bool interruption_requested()
+{
+    return interrupted;
+}
+
 bool may_colour(int descriptor)
 {
     const char *no = std::getenv("NO_COLOR");

@@ -36,6 +36,9 @@ void catch_interrupts();
 /// apart what fills gigabytes takes longer than somebody who pressed ^C waits.
 void leave_when_interrupted(std::function<void()> leave);
 
+/// Whether SIGINT or SIGTERM came since catch_interrupts(): for what has to let go of something first.
+bool interruption_requested();
+
 /// True if text on this file descriptor may be coloured: a terminal, and no NO_COLOR.
 bool may_colour(int descriptor);
 
