@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """inspect and diff on assets that convert made, and on what are none."""
 import json
+import os
 import pathlib
 
 import command
@@ -95,6 +96,26 @@ class InspectAndDiff(command.CommandTest):
         self.refused(1, '--tolerance', 'a/part.voxmap', 'a/part.voxmap', '--tolerance', '1', verb='diff')
         self.refused(1, 'more than 16 voxels', 'a/part.voxmap', 'a/part.voxmap', '--tolerance', '1m', verb='diff')
         self.refused(2, 'none', 'a/part.voxmap', 'none', verb='diff')
+
+    def test_folders(self):
+        self.run_voxshell('batch', 'part.stl', '-o', 'one', '--unit', 'mm', '--voxel', '1mm', '-q')
+        self.run_voxshell('batch', 'part.stl', '-o', 'two', '--unit', 'mm', '--voxel', '1mm', '-q')
+        self.run_voxshell('diff', 'one', 'two', out='^3 equal, 0 differ, 0 only in one, 0 only in two\n$')
+        self.run_voxshell('convert', 'part.stl', '-o', 'coarse', '--unit', 'mm', '--voxel', '2mm', '-q')
+        os.replace(self.path('coarse', 'part.voxmap'), self.path('two', 'part.voxmap'))
+        os.replace(self.path('two', 'part.vdb'), self.path('two', 'other.vdb'))
+        done = self.run_voxshell('diff', 'one', 'two', code=6)
+        for line in ('other.vdb: only in b\n', 'part.vdb: only in a\n', 'part.voxmap\nvoxel: 0.001 m / 0.002 m\n', '\n1 equal, 1 differ, 1 only in one, 1 only in two\n'):
+            self.assertIn(line, done.stdout)
+        told = json.loads(self.run_voxshell('diff', 'one', 'two', '--format', 'json', code=6).stdout)
+        self.assertEqual(schema.problems(told, schema.load(command.SOURCE / 'formats/schema/diff_folders.schema.json')), [])
+        self.assertEqual([file['state'] for file in told['files']], ['only in b', 'equal', 'only in a', 'differs'])
+        with open(self.path('two', 'part.pointshell'), 'r+b') as file:
+            file.truncate(1000)
+        self.run_voxshell('diff', 'one', 'two', code=3, err='two/part.pointshell: ')
+        self.refused(1, 'a folder and a file', 'one', 'a/part.voxmap', verb='diff')
+        os.makedirs(self.path('empty'))
+        self.refused(3, 'empty: holds no', 'one', 'empty', verb='diff')
 
     def test_solid_against_hollow(self):
         """Solid runs are compared without their bricks being there."""
