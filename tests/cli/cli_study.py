@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """voxshell study paper: what study_page.py asks of every study, and which scenarios ran. One seed; twice with VXS_STUDY_TWICE=1."""
+import pathlib
+import shutil
+
+import browser
 import command
 import study_page
 
@@ -47,6 +51,26 @@ class Paper(study_page.StudyTest):
 
     def test_readme_picture(self):
         self.picture_is('fig9')
+
+    def test_index(self):
+        """The front page links the studies that are there, and shows what each says does not hold."""
+        shutil.copytree(self.study, self.path('all', 'paper'))
+        self.run_voxshell('study', 'index', '-o', 'all', out=r'index\.html')
+        page = study_page.Page(pathlib.Path(self.path('all', 'index.html')).read_text())
+        self.assertEqual((page.open, [link for link in page.links if link != 'data:,']), ([], ['paper/index.html']))
+        self.assertEqual([alt for _, _, alt in page.sources], [self.told['figures'][0]['title']])
+        for claim in self.told['claims']:
+            self.assertEqual(claim['verdict'] != 'holds', claim['claim'] in page.text, claim['id'])
+        program = browser.find()
+        if program:
+            with browser.Browser(program) as seen:
+                seen.open(self.path('all', 'index.html'), *study_page.PHONE)
+                self.assertGreater(seen.run('document.images[0].naturalWidth'), 100)
+                self.assertEqual(seen.errors, [])
+        self.refused(2, r'no study in its folders', 'index', '-o', 'nothing', verb='study')
+        for text in ('{', '[]', '{"schema": "voxshell-study/2"}', '{"schema": "voxshell-study/1", "study": 5}'):
+            pathlib.Path(self.path('all', 'paper', 'summary.json')).write_text(text)
+            self.refused(3, r'summary\.json: ', 'index', '-o', 'all', '--force', verb='study')
 
     def test_refusals(self):
         self.refused(1, r'KIND', verb='study')

@@ -6,6 +6,7 @@
 #include "study/gnuplot.hpp"
 #include "study/paper_study.hpp"
 #include "study/stability_study.hpp"
+#include "study/study_index.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -61,16 +62,28 @@ ExitCode stability(const StudyOptions &o, Progress &progress)
     return finish(stability_study({o.quick, o.hard_map}, command, progress), o, progress);
 }
 
+ExitCode index(const StudyOptions &o, Progress &progress)
+{
+    Outputs outputs(o.force);
+    write_study_index(o.out, outputs);
+    progress.check();
+    outputs.commit();
+    fmt::print("{}\n", (fs::path(o.out) / "index.html").string());
+    return ExitCode::ok;
+}
+
 } // namespace
 
 VerbAction add_study(CLI::App &verb)
 {
     auto o = std::make_shared<StudyOptions>();
-    verb.add_option("KIND", o->kind,
-                    "paper: the paper's experiments again, and which of its claims hold; stability: where "
-                    "the loop of device, arm, filter and contact begins to oscillate, foretold and found")
+    verb.add_option(
+            "KIND", o->kind,
+            "paper: the paper's experiments again, and which of its claims hold; stability: where "
+            "the loop of device, arm, filter and contact begins to oscillate, foretold and found; index: "
+            "a front page of the studies in DIR's folders")
         ->required()
-        ->check(CLI::IsMember({"paper", "stability"}));
+        ->check(CLI::IsMember({"paper", "stability", "index"}));
     verb.add_option("-o", o->out,
                     "folder for index.html, summary.json, and a CSV, SVG and PNG of each figure")
         ->required()
@@ -91,6 +104,7 @@ VerbAction add_study(CLI::App &verb)
     return [o] {
         const JobLimit jobs(o->jobs);
         const auto progress = make_progress(o->progress, o->quiet);
+        if (o->kind == "index") return index(*o, *progress);
         gnuplot(gnuplot_sheet(Picture::svg, 100, 100) + "plot [0:1] x\n"); // told now, not after all runs
         return o->kind == "paper" ? paper(*o, *progress) : stability(*o, *progress);
     };

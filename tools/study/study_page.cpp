@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A study as one page that opens from disk: pictures inside, no other file, each number with the row it comes
 // from.
-#include "study/study_report.hpp"
+#include "study/study_page.hpp"
 
 #include <fmt/format.h>
 
@@ -24,6 +24,7 @@ table.sortable th[aria-sort=ascending]::after{content:" \2191"}
 table.sortable th[aria-sort=descending]::after{content:" \2193"}
 code{background:#f2f2f2;padding:.1rem .3rem;overflow-wrap:anywhere}
 .verdict{font-weight:bold;white-space:nowrap}
+@media screen and (max-width:40rem){table.claims,table.claims tbody,table.claims tr,table.claims td{display:block}}
 @media print{body{max-width:none}figure,tr{break-inside:avoid}}
 )";
 
@@ -45,33 +46,6 @@ for (const table of document.querySelectorAll('table.sortable')) {
 }
 )";
 
-std::string escaped(const std::string &text)
-{
-    std::string out;
-    for (const char c : text) {
-        out += c == '&'   ? "&amp;"
-               : c == '<' ? "&lt;"
-               : c == '>' ? "&gt;"
-               : c == '"' ? "&quot;"
-                          : std::string(1, c);
-    }
-    return out;
-}
-
-std::string base64(const std::string &bytes)
-{
-    constexpr const char *digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    for (std::size_t n = 0; n < bytes.size(); n += 3) {
-        std::uint32_t three = 0;
-        for (std::size_t i = 0; i < 3; ++i)
-            three = three << 8 | (n + i < bytes.size() ? static_cast<std::uint8_t>(bytes[n + i]) : 0u);
-        for (std::size_t i = 0; i < 4; ++i)
-            out += n + i > bytes.size() ? '=' : digits[three >> (18 - 6 * i) & 63];
-    }
-    return out;
-}
-
 std::string source(const std::string &table, std::size_t row, const std::string &column)
 {
     return fmt::format("data-csv=\"{}.csv:{}:{}\"", table, row + 1, column);
@@ -82,7 +56,7 @@ std::string measured(const StudyClaim &claim)
 {
     std::string out;
     std::size_t next = 0;
-    for (const char c : escaped(claim.measured)) {
+    for (const char c : page_text(claim.measured)) {
         if (c != '@' || next >= claim.numbers.size()) {
             out += c;
             continue;
@@ -102,16 +76,17 @@ std::string claims(const Study &study)
             if (claim.verdict != verdict) continue;
             out +=
                 fmt::format("<li><a href=\"#claim-{}\">{}</a> <span class=\"verdict\">{}</span>: {}</li>\n",
-                            claim.id, escaped(claim.claim), verdict_text(verdict), measured(claim));
+                            claim.id, page_text(claim.claim), verdict_text(verdict), measured(claim));
         }
     }
     out += "</ul>\n<h2 id=\"claims\">Claim by claim</h2>\n<div class=\"wide\"><table "
-           "class=\"sortable\"><thead><tr><th>claim</th><th>verdict</th><th>what we "
+           "class=\"sortable claims\"><thead><tr><th>claim</th><th>verdict</th><th>what we "
            "measure</th><th>why</th></tr></thead>\n<tbody>\n";
     for (const StudyClaim &claim : study.claims) {
         out += fmt::format(
             "<tr id=\"claim-{}\"><td>{}</td><td class=\"verdict\">{}</td><td>{}</td><td>{}</td></tr>\n",
-            claim.id, escaped(claim.claim), verdict_text(claim.verdict), measured(claim), escaped(claim.why));
+            claim.id, page_text(claim.claim), verdict_text(claim.verdict), measured(claim),
+            page_text(claim.why));
     }
     return out + "</tbody></table></div>\n";
 }
@@ -121,9 +96,9 @@ std::string table_text(const StudyTable &table)
     std::string out =
         fmt::format("<h3 id=\"table-{0}\">{1}</h3>\n<p class=\"note\">{2} All columns: "
                     "<code>{0}.csv</code></p>\n<div class=\"wide\"><table class=\"sortable\"><thead><tr>",
-                    table.id, escaped(table.title), escaped(table.note));
+                    table.id, page_text(table.title), page_text(table.note));
     for (const StudyColumn &column : table.columns) {
-        if (!column.label.empty()) out += "<th>" + escaped(column.label) + "</th>";
+        if (!column.label.empty()) out += "<th>" + page_text(column.label) + "</th>";
     }
     out += "</tr></thead>\n<tbody>\n";
     for (std::size_t row = 0; row < table.rows.size(); ++row) {
@@ -132,7 +107,7 @@ std::string table_text(const StudyTable &table)
             if (table.columns[n].label.empty()) continue;
             const auto &value = table.rows[row][n];
             if (const auto *text = std::get_if<std::string>(&value)) {
-                out += "<td>" + escaped(*text) + "</td>";
+                out += "<td>" + page_text(*text) + "</td>";
             } else {
                 const double number = std::get<double>(value);
                 out += fmt::format("<td class=\"n\" {}>{}</td>", source(table.id, row, table.columns[n].name),
@@ -146,19 +121,53 @@ std::string table_text(const StudyTable &table)
 
 } // namespace
 
+std::string page_text(const std::string &text)
+{
+    std::string out;
+    for (const char c : text) {
+        out += c == '&'   ? "&amp;"
+               : c == '<' ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
+    }
+    return out;
+}
+
+std::string page_base64(const std::string &bytes)
+{
+    constexpr const char *digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string out;
+    for (std::size_t n = 0; n < bytes.size(); n += 3) {
+        std::uint32_t three = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+            three = three << 8 | (n + i < bytes.size() ? static_cast<std::uint8_t>(bytes[n + i]) : 0u);
+        for (std::size_t i = 0; i < 4; ++i)
+            out += n + i > bytes.size() ? '=' : digits[three >> (18 - 6 * i) & 63];
+    }
+    return out;
+}
+
+std::string page_head(const std::string &title)
+{
+    return fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta "
+        "name=\"viewport\" content=\"width=device-width\">\n<title>{}</title>\n<link rel=\"icon\" "
+        "href=\"data:,\">\n<style>{}</style></head>\n<body>\n",
+        page_text(title), style);
+}
+
 std::string study_page(const Study &study, const std::vector<std::string> &svg)
 {
     std::string out =
-        fmt::format("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta "
-                    "name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
-                    "<link rel=\"icon\" "
-                    "href=\"data:,\">\n<style>{1}</style></head>\n<body>\n<h1>{0}</h1>\n<p>{2}</p>\n<p>Made "
-                    "by <code>{3}</code>. Click on a table's head to sort it.</p>\n",
-                    escaped(study.title), style, escaped(study.lead), escaped(study.command));
+        page_head(study.title) +
+        fmt::format("<h1>{0}</h1>\n<p>{1}</p>\n<p>Made by <code>{2}</code>. Click on a table's head to sort "
+                    "it.</p>\n",
+                    page_text(study.title), page_text(study.lead), page_text(study.command));
     out += "<nav><a href=\"#fails\">What does not hold</a> | <a href=\"#claims\">Claim by claim</a>";
     for (const StudyFigure &figure : study.figures) {
         out += fmt::format(" | <a href=\"#figure-{}\">{}</a>", figure.id,
-                           escaped(figure.title.substr(0, figure.title.find(':'))));
+                           page_text(figure.title.substr(0, figure.title.find(':'))));
     }
     out += "</nav>\n" + claims(study);
     for (std::size_t n = 0; n < study.figures.size(); ++n) {
@@ -166,8 +175,8 @@ std::string study_page(const Study &study, const std::vector<std::string> &svg)
         out += fmt::format("<h2 id=\"figure-{0}\">{1}</h2>\n<figure><img alt=\"{1}\" "
                            "src=\"data:image/svg+xml;base64,{2}\">\n<figcaption>{3} Numbers: "
                            "<code>{0}.csv</code>. Made by <code>{4}</code></figcaption></figure>\n",
-                           figure.id, escaped(figure.title), base64(svg[n]), escaped(figure.caption),
-                           escaped(study.command));
+                           figure.id, page_text(figure.title), page_base64(svg[n]), page_text(figure.caption),
+                           page_text(study.command));
         for (const StudyTable &table : study.tables) {
             if (table.figure == figure.id) out += table_text(table);
         }
