@@ -161,6 +161,19 @@ class Batch(command.CommandTest):
                 self.assertEqual(digests[file['path']], file['sha256'])
         self.batch('robot.glb', '-o', 'out', '--per-part', '--voxel', '2mm', out='^0 built, 4 up to date, 0 failed\n$')
 
+    def test_the_solids_of_an_stl(self):
+        with open(self.path('two.stl'), 'w', encoding='ascii') as file:
+            for name, shape in (('left jaw', shapes.box(10, 10, 10)), ('empty', []), ('right jaw', shapes.box(10, 10, 10, at=(30, 0, 0)))):
+                file.write(f'solid {name}\n')
+                for t in shape:
+                    corners = ''.join('vertex %g %g %g\n' % p for p in t)
+                    file.write(f'facet normal 0 0 0\nouter loop\n{corners}endloop\nendfacet\n')
+                file.write(f'endsolid {name}\n')
+        self.batch('two.stl', '-o', 'out', '--per-part', '--unit', 'mm', '--voxel', '1mm', out='^2 built, 0 failed\n$')
+        assembly = json.loads(pathlib.Path(self.path('out', 'two', 'assembly.json')).read_text(encoding='utf-8'))
+        self.assertEqual([part['name'] for part in assembly['parts']], ['left jaw', 'right jaw'])
+        self.run_voxshell('verify', 'out', '-q')
+
     def test_shipped_and_checked(self):
         self.folder_of_parts()
         self.batch('in', '-o', 'out', '--unit', 'mm', '--voxel', '2mm', '--cache', 'cache', '-q')

@@ -154,6 +154,41 @@ std::string file_name(std::string_view text)
     return name.empty() ? "part" : name;
 }
 
+Scene split_solids(Scene scene)
+{
+    if (scene.meshes.size() != 1 || scene.instances.size() != 1 || scene.meshes[0].solids.size() < 2)
+        return scene;
+    const Mesh whole = std::move(scene.meshes[0]);
+    const Instance stands = scene.instances[0];
+    scene.meshes.clear();
+    scene.instances.clear();
+    std::vector<std::uint32_t> vertex_of(whole.vertices.size(), ~0u);
+    for (std::size_t n = 0; n < whole.solids.size(); ++n) {
+        const std::size_t last =
+            n + 1 < whole.solids.size() ? whole.solids[n + 1].first : whole.triangles.size();
+        Mesh solid;
+        solid.name = whole.solids[n].name.empty() ? fmt::format("solid {}", n + 1) : whole.solids[n].name;
+        std::vector<std::uint32_t> used;
+        for (std::size_t t = whole.solids[n].first; t < last; ++t) {
+            Triangle triangle = whole.triangles[t];
+            for (std::uint32_t &v : triangle) {
+                if (vertex_of[v] == ~0u) {
+                    vertex_of[v] = static_cast<std::uint32_t>(solid.vertices.size());
+                    solid.vertices.push_back(whole.vertices[v]);
+                    used.push_back(v);
+                }
+                v = vertex_of[v];
+            }
+            solid.triangles.push_back(triangle);
+        }
+        for (const std::uint32_t v : used) vertex_of[v] = ~0u;
+        scene.instances.push_back(
+            {stands.name + "/" + file_name(solid.name), static_cast<std::uint32_t>(n), stands.pose});
+        scene.meshes.push_back(std::move(solid));
+    }
+    return scene;
+}
+
 Assembly assemble(const Scene &scene)
 {
     Assembly all;

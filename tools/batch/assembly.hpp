@@ -44,6 +44,9 @@ Assembly assemble(const Scene &scene);
 /// The part alone, in its own frame, named as it; source_hash is its hash.
 Scene part_scene(const Scene &scene, const AssemblyPart &part);
 
+/// Each solid of an STL as a mesh and an instance of its own; any other scene as it is.
+Scene split_solids(Scene scene);
+
 /// Text made fit for a file's name: '/', control characters and a leading '.' become '_', at most 120 bytes;
 /// "part" if nothing is left.
 std::string file_name(std::string_view text);

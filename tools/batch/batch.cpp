@@ -158,7 +158,7 @@ class Batch {
         try {
             const bool stl = input.path.extension() != ".gltf" && input.path.extension() != ".glb" &&
                              input.path.extension() != ".GLTF" && input.path.extension() != ".GLB";
-            if (o_.per_part && !stl) {
+            if (o_.per_part) {
                 plan_assembly(input);
                 return;
             }
@@ -187,7 +187,8 @@ class Batch {
 
     void plan_assembly(const BatchInput &input)
     {
-        const auto scene = std::make_shared<const Scene>(import_scene(input.path, import(input.path)));
+        const auto scene =
+            std::make_shared<const Scene>(split_solids(import_scene(input.path, import(input.path))));
         Plan all{input.path, input.name, scene->source_hash, assemble(*scene), result_.parts.size()};
         for (const AssemblyPart &part : all.assembly.parts)
             add(input, input.name + "/" + part.name, scene->source_hash, part.hash,

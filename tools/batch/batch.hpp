@@ -34,7 +34,7 @@ struct Shard {
 struct BatchOptions {
     PartOptions part;                 ///< of every part; its `import.unit` is for STL only
     nlohmann::ordered_json effective; ///< all that makes a result what it is, for the key
-    bool per_part = false;            ///< a glTF is an assembly: its parts one by one
+    bool per_part = false;            ///< a file is an assembly: its parts one by one
     bool fail_fast = false;           ///< the first part that fails ends the work
     bool force = false;               ///< files that this did not make are overwritten
     unsigned jobs = 0;                ///< 0: one a core

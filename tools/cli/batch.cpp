@@ -310,7 +310,8 @@ VerbAction add_batch(CLI::App &verb)
         ->type_name("DIR");
     verb.add_flag(
         "--per-part", o->per_part,
-        "a glTF is an assembly: each distinct part once, NAME/assembly.json says where each stands");
+        "a glTF, and an STL of several solids, is an assembly: each distinct part once, NAME/assembly.json "
+        "says where each stands");
     verb.add_option("--cache", o->cache,
                     "results under what they were made of, for all runs and machines that share the folder "
                     "(default: $VOXSHELL_CACHE, or DIR/.voxshell-cache)")

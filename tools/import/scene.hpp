@@ -19,9 +19,15 @@ using Triangle = std::array<std::uint32_t, 3>; ///< vertex indices, counter-cloc
 /// Triangles in one frame, lengths in metres. Every index is below vertices.size(), every
 /// coordinate is finite: importers guarantee it.
 struct Mesh {
+    /// A run of triangles that the file has under a name of its own.
+    struct Solid {
+        std::string name; ///< may be empty
+        std::size_t first;
+    };
     std::string name;
     std::vector<Point> vertices;
     std::vector<Triangle> triangles;
+    std::vector<Solid> solids = {}; ///< of an STL with several, in order; else none
 };
 
 /// One occurrence of a mesh in the scene.

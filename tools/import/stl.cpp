@@ -184,6 +184,9 @@ class AsciiReader {
             if (same_word(word, "solid")) {
                 const std::string_view name = words_.name();
                 if (mesh_.name.empty()) mesh_.name = printable(name);
+                if (!mesh_.solids.empty() && mesh_.solids.back().first == mesh_.triangles.size())
+                    mesh_.solids.pop_back(); // it had no triangle
+                mesh_.solids.push_back({printable(name), mesh_.triangles.size()});
                 open = true;
             } else if (open && same_word(word, "facet")) {
                 facet();
@@ -194,6 +197,9 @@ class AsciiReader {
                 fail(open ? "facet' or 'endsolid" : "solid", word);
             }
         }
+        if (!mesh_.solids.empty() && mesh_.solids.back().first == mesh_.triangles.size())
+            mesh_.solids.pop_back();
+        if (mesh_.solids.size() < 2) mesh_.solids.clear();
         if (open) {
             scene_.warnings.push_back(
                 {"stl-no-endsolid", "the last solid has no 'endsolid': the file may be cut"});

@@ -145,3 +145,29 @@ TEST_CASE("names that no file system takes become names")
     CHECK(assembly.parts[1].name == "bolt-2");
     CHECK(assembly.parts[2].name == "bolt-2-2");
 }
+
+TEST_CASE("the solids of an STL are parts; together they are what the file is")
+{
+    Scene scene;
+    scene.name = "plate";
+    scene.meshes = {tetrahedron("a", 1)};
+    scene.instances = {{"/plate", 0}};
+    CHECK(split_solids(scene).meshes.size() == 1);
+    Mesh &mesh = scene.meshes[0];
+    for (const Point &p : tetrahedron("", 1).vertices) mesh.vertices.push_back({p[0] + 3, p[1], p[2]});
+    for (Triangle t : tetrahedron("", 1).triangles) mesh.triangles.push_back({t[0] + 4, t[1] + 4, t[2] + 4});
+    mesh.triangles.push_back({0, 5, 6}); // shares a vertex with the first
+    mesh.solids = {{"a", 0}, {"", 4}};
+    const Scene split = split_solids(scene);
+    REQUIRE(split.meshes.size() == 2);
+    CHECK(split.meshes[0].vertices.size() == 4);
+    CHECK(split.meshes[1].vertices.size() == 5);
+    CHECK(split.meshes[1].name == "solid 2");
+    CHECK(split.instances[1].name == "/plate/solid 2");
+    const Mesh before = flatten(scene), after = flatten(split);
+    REQUIRE(after.triangles.size() == before.triangles.size());
+    for (std::size_t t = 0; t < before.triangles.size(); ++t)
+        for (std::size_t c = 0; c < 3; ++c)
+            CHECK(after.vertices[after.triangles[t][c]] == before.vertices[before.triangles[t][c]]);
+    CHECK(assemble(split).parts.size() == 2);
+}
