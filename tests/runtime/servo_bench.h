@@ -46,6 +46,21 @@ static inline void bench_prepare(servo_bench *b)
     b->servo_config.contact.stiffness = 1e8;
 }
 
+/* Another map or shell in place of the one that is there; takes the bytes. */
+static inline void bench_map(servo_bench *b, built_asset bytes)
+{
+    built_free(&b->map_bytes);
+    b->map_bytes = bytes;
+    b->map = open_voxmap(&b->map_bytes);
+}
+
+static inline void bench_shell(servo_bench *b, built_asset bytes)
+{
+    built_free(&b->shell_bytes);
+    b->shell_bytes = bytes;
+    b->shell = open_pointshell(&b->shell_bytes);
+}
+
 /* Adds an effect, to change before bench_open(): the first replaces the default ones. */
 static inline vxs_effect *bench_effect(servo_bench *b, uint32_t kind)
 {
@@ -70,6 +85,22 @@ static inline void bench_open(servo_bench *b)
     CHECK_INT(vxs_simulated_open(b->device_memory, vxs_simulated_memory(), &b->device_config, &b->device),
               VXS_OK);
     CHECK_INT(vxs_servo_init(b->servo_memory, size, &b->servo_config, &b->servo), VXS_OK);
+}
+
+/* From rest: the device is a trajectory, which b->state.pose says; ready to go on with bench_follow(). */
+static inline void bench_start(servo_bench *b)
+{
+    memset(&b->state, 0, sizeof b->state);
+    b->state.state = VXS_DEVICE_ARMED;
+    b->state.pose = vxs_pose_identity();
+}
+
+/* One tick of that trajectory, a millisecond later. */
+static inline void bench_follow(servo_bench *b, vxs_servo_trace *row)
+{
+    b->state.sequence++;
+    b->state.time_ns += 1000000;
+    CHECK(!(vxs_servo_tick(b->servo, &b->state, &b->command, row) & VXS_SERVO_FAULT));
 }
 
 static inline void bench_close(servo_bench *b)

@@ -10,7 +10,6 @@ static const double stiffness = 2000;
 
 typedef struct drag_bench {
     servo_bench b;
-    vxs_device_state state;
     vxs_servo_trace row;
 } drag_bench;
 
@@ -20,9 +19,7 @@ static void open_drag(drag_bench *d, uint32_t coupling, int has_friction)
     const double half[3] = {0.01, 0.01, 0.01};
     const int count[3] = {20, 20, 20};
     bench_prepare(b);
-    built_free(&b->shell_bytes);
-    b->shell_bytes = build_block_shell(0.001, half, count);
-    b->shell = open_pointshell(&b->shell_bytes);
+    bench_shell(b, build_block_shell(0.001, half, count));
     b->servo_config.contact.stiffness = 1e7;
     b->servo_config.coupling.radius = 0.2; /* hardly tilts */
     b->servo_config.coupling.kind = coupling;
@@ -31,16 +28,13 @@ static void open_drag(drag_bench *d, uint32_t coupling, int has_friction)
     b->servo_config.effect_count = 0;
     if (has_friction) bench_effect(b, VXS_EFFECT_FRICTION)->as.friction.stiffness = stiffness;
     bench_open(b);
-    memset(&d->state, 0, sizeof d->state);
-    d->state.state = VXS_DEVICE_ARMED;
+    bench_start(b);
 }
 
 static void tick_at(drag_bench *d, double x, double y)
 {
-    d->state.sequence++;
-    d->state.time_ns += 1000000;
-    d->state.pose = (vxs_pose){{x, y, 0}, {1, 0, 0, 0}};
-    CHECK(!(vxs_servo_tick(d->b.servo, &d->state, &d->b.command, &d->row) & VXS_SERVO_FAULT));
+    d->b.state.pose = (vxs_pose){{x, y, 0}, {1, 0, 0, 0}};
+    bench_follow(&d->b, &d->row);
 }
 
 static void check_coupling(uint32_t coupling, double tolerance)
@@ -72,9 +66,9 @@ static void check_coupling(uint32_t coupling, double tolerance)
            vxs_coupling_kind_name(coupling), held, normal, 0.3, worst, most);
     CHECK(worst < tolerance && most > 0.31 && most < 0.41);
     /* Disarmed, moved and armed again: from rest. */
-    d.state.state = VXS_DEVICE_READY;
+    d.b.state.state = VXS_DEVICE_READY;
     tick_at(&d, at, 0.009);
-    d.state.state = VXS_DEVICE_ARMED;
+    d.b.state.state = VXS_DEVICE_ARMED;
     for (int k = 0; k < 400; k++) tick_at(&d, at, 0.009);
     CHECK_NEAR(d.row.output.force[0], 0, 1e-6 * normal);
     bench_close(&d.b);

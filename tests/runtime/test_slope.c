@@ -29,12 +29,8 @@ static void prepare(slope_bench *s, double angle, uint32_t law)
     const int count[3] = {10, 4, 10};
     memset(s, 0, sizeof *s);
     bench_prepare(b);
-    built_free(&b->map_bytes);
-    built_free(&b->shell_bytes);
-    b->map_bytes = build_field_map(voxel, low, high, plane_distance, NULL, 3);
-    b->shell_bytes = build_block_shell(voxel, half, count);
-    b->map = open_voxmap(&b->map_bytes);
-    b->shell = open_pointshell(&b->shell_bytes);
+    bench_map(b, build_field_map(voxel, low, high, plane_distance, NULL, 3));
+    bench_shell(b, build_block_shell(voxel, half, count));
     s->tilt = (vxs_pose){{0, 0, 0}, {cos(angle / 2), 0, 0, -sin(angle / 2)}};
     b->statics.pose = &s->tilt;
     b->servo_config.contact.law = law;
@@ -57,19 +53,15 @@ static void prepare(slope_bench *s, double angle, uint32_t law)
 static void start(slope_bench *s)
 {
     bench_open(&s->b);
-    memset(&s->b.state, 0, sizeof s->b.state);
+    bench_start(&s->b);
     const vxs_pose above = {{0, edges[1] / 2 - 1e-5, 0}, {1, 0, 0, 0}};
     CHECK(vxs_pose_compose(&s->tilt, &above, &s->b.state.pose));
-    s->b.state.state = VXS_DEVICE_ARMED;
 }
 
 /* How far down the slope the middle of the block is. */
 static double tick(slope_bench *s)
 {
-    servo_bench *b = &s->b;
-    b->state.sequence++;
-    b->state.time_ns += 1000000;
-    CHECK(!(vxs_servo_tick(b->servo, &b->state, &b->command, &s->row) & VXS_SERVO_FAULT));
+    bench_follow(&s->b, &s->row);
     const double *p = s->row.body.position;
     double r[9];
     CHECK(vxs_pose_rotation(&s->tilt, r));
@@ -125,9 +117,7 @@ static void check_bounces(double height, double factor)
     slope_bench s;
     prepare(&s, 0, VXS_CONTACT_GRADIENT);
     servo_bench *b = &s.b;
-    built_free(&b->shell_bytes);
-    b->shell_bytes = build_ball_shell(voxel, 0.01, 2000);
-    b->shell = open_pointshell(&b->shell_bytes);
+    bench_shell(b, build_ball_shell(voxel, 0.01, 2000));
     b->servo_config.contact.stiffness = 1e12;
     for (int i = 0; i < 3; i++) b->effects[0].as.inertia.inertia[i] = 0.4 * mass * 1e-4;
     b->effects[2].as.contact_damping.factor = factor;

@@ -17,9 +17,7 @@ int main(int count, char **names)
                                            {.time = 10, .pose = vxs_pose_identity()}};
     servo_bench b;
     bench_prepare(&b);
-    built_free(&b.map_bytes);
-    b.map_bytes = build_floor_map(0.001, &floor_shape, BUILT_DISTANCES);
-    b.map = open_voxmap(&b.map_bytes);
+    bench_map(&b, build_floor_map(0.001, &floor_shape, BUILT_DISTANCES));
     b.servo_config.effects = b.effects;
     b.servo_config.effect_count = 0;
     for (int n = 1; n < count; n++) {
@@ -39,17 +37,14 @@ int main(int count, char **names)
     }
     b.has_no_torque = 1; /* but where it is named */
     bench_open(&b);
-    b.state.state = VXS_DEVICE_ARMED;
-    b.state.pose = vxs_pose_identity();
+    bench_start(&b);
     vxs_servo_trace row;
     for (int k = 0; k < 200; k++) {
         double target = k < 10 ? 0.012 : k < 180 ? 0.009 : 0.013;
         b.state.pose.position[1] =
             k ? b.state.pose.position[1] + 0.05 * (target - b.state.pose.position[1]) : target;
         b.state.pose.position[0] = 1e-6 * k;
-        b.state.sequence++;
-        b.state.time_ns += 1000000;
-        CHECK(!(vxs_servo_tick(b.servo, &b.state, &b.command, &row) & VXS_SERVO_FAULT));
+        bench_follow(&b, &row);
     }
     bench_close(&b);
     return 0;
