@@ -37,6 +37,7 @@ VerbAction add_export(CLI::App &);
 VerbAction add_simulate(CLI::App &);
 VerbAction add_design(CLI::App &);
 VerbAction add_bench(CLI::App &);
+VerbAction add_device(CLI::App &);
 VerbAction add_study(CLI::App &);
 
 } // namespace voxshell

@@ -30,6 +30,8 @@ std::span<const Verb> verbs()
          "voxshell design --device sim:omega-3 --stiffness 500N/m --assume hand -o plots", add_design},
         {"bench", "how long a tick's contact takes on this machine",
          "voxshell bench cup.voxmap sphere.pointshell", add_bench},
+        {"device", "devices found, why one is not usable and the exact fix, how late this machine wakes up",
+         "voxshell device doctor\nvoxshell device test sim:omega-3 --seconds 5 --plot late.svg", add_device},
         {"study", "what the method is worth, measured: figures, tables and one page",
          "voxshell study paper -o study", add_study},
     };
