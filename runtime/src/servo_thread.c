@@ -134,8 +134,10 @@ static void sample(vxs_servo_thread *t, uint64_t tick, vxs_device_command *comma
     vxs_servo_trace row;
     if (config->on_tick) config->on_tick(config->user, tick);
     vxs_device_exchange(config->device, command, &state, NULL);
-    uint32_t flags = vxs_servo_tick(config->servo, &state, command, config->trace ? &row : NULL);
+    uint32_t flags =
+        vxs_servo_tick(config->servo, &state, command, config->trace || config->live ? &row : NULL);
     if (config->trace) vxs_trace_push(config->trace, &row);
+    if (config->live) vxs_live_put(config->live, &row);
     uint32_t seen = atomic_load_explicit(&t->seen_flags, memory_order_relaxed);
     atomic_store_explicit(&t->seen_flags, seen | flags, memory_order_relaxed);
     atomic_store_explicit(&t->last_flags, flags, memory_order_relaxed);

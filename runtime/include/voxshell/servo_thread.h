@@ -12,6 +12,7 @@
 #define VOXSHELL_SERVO_THREAD_H
 
 #include "voxshell/device.h"
+#include "voxshell/live.h"
 #include "voxshell/servo.h"
 #include "voxshell/trace.h"
 
@@ -32,6 +33,7 @@ typedef struct vxs_servo_thread_config {
     vxs_device *device;
     vxs_servo *servo;
     vxs_trace *trace; /* may be NULL */
+    vxs_live *live;   /* shows each row to other processes; may be NULL */
     /* Called in the servo thread before each exchange, NULL: none. Must be rt-safe. */
     void (*on_tick)(void *user, uint64_t tick);
     void *user;

@@ -110,9 +110,11 @@ static void judge(hvlink_host *host, const vxs_hvlink_state *said, vxs_device_st
         if (said->state == VXS_HVLINK_FAULTED) state->state = VXS_DEVICE_READY; /* a DISARM is on its way */
         return;
     }
-    if (said->state == VXS_HVLINK_ARMED)
+    if (said->state == VXS_HVLINK_ARMED) {
         host->was_armed = 1;
-    else if (said->state != VXS_HVLINK_FAULTED && (host->was_armed || host->arms > MOST_ARMS)) {
+    } else if (!host->was_armed && host->arms <= MOST_ARMS) {
+        state->state = VXS_DEVICE_READY; /* it will hear of it */
+    } else if (said->state != VXS_HVLINK_FAULTED) {
         state->state = VXS_DEVICE_FAULT;
         state->fault = VXS_DEVICE_FAULT_DEADMAN;
     }
@@ -158,7 +160,12 @@ static size_t make(vxsi_link *link, const vxs_wrench *wrench, uint32_t arming, u
         frame.size = 0;
     } else if (!host->was_armed) {
         host->arms++;
-        vxs_hvlink_pack_arm(host->caps.session, &frame);
+        if (host->said == VXS_HVLINK_FAULTED) { /* of before: whoever arms wants that over */
+            frame.type = VXS_HVLINK_DISARM;
+            frame.size = 0;
+        } else {
+            vxs_hvlink_pack_arm(host->caps.session, &frame);
+        }
     } else {
         vxs_hvlink_command command = {.ttl_ms = host->caps.ttl_ms < 10 ? host->caps.ttl_ms : 10,
                                       .count = host->caps.actuated};

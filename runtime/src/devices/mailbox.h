@@ -12,7 +12,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { VXSI_MAILBOX_WORDS = 40, VXSI_MAILBOX_TRIES = 8 };
+enum { VXSI_MAILBOX_WORDS = 64, VXSI_MAILBOX_TRIES = 8 };
 
 typedef struct vxsi_mailbox {
     atomic_uint_least64_t sequence; /* 0: empty */
