@@ -2,7 +2,7 @@
  *
  * replay.h - a device that moves as it once did, or as a script says; what it is told to render is not felt.
  *
- * One sample a exchange, time is virtual; between two rows the position goes evenly, the orientation is the
+ * Library voxshell::devices. One sample an exchange, time is virtual; between two rows the position goes evenly, the orientation is the
  * earlier row's. Past the last row it stays there. Armed and disarmed like any device, so that a servo runs
  * on it as it ran on the one that was recorded.
  */

@@ -15,7 +15,6 @@
 #include "voxshell/pointshell.h"
 #include "voxshell/pose.h"
 #include "voxshell/recorder.h"
-#include "voxshell/replay.h"
 #include "voxshell/result.h"
 #include "voxshell/servo.h"
 #include "voxshell/servo_thread.h"

@@ -3,7 +3,7 @@
  * A servo is recorded while it runs on its thread, and another one runs on the recording: the same wrenches
  * to the last bit. Scripted motion as text, and all that is no such text.
  */
-#include "servo_bench.h"
+#include "servo_bench.h" /* of tests/runtime */
 #include "voxshell/recorder.h"
 #include "voxshell/replay.h"
 #include "voxshell/servo_thread.h"
