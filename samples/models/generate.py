@@ -7,6 +7,7 @@
     ring.glb                 radius 20 mm outside, 10 mm inside, 30 mm high: a hole
     peg.glb                  radius 9.9 mm, 40 mm high: fits into it; both stand on y = 0
     pair.glb                 one bracket, two nodes: as it is, and mirrored
+    between.scene.glb        a whole scene in one file: the cup stands, the peg comes and goes, the sphere is in the hand
 
 glTF in metres, STL (binary) in millimetres, both +Y up, closed, counter-clockwise seen from outside.
 The same bytes on every machine: coordinates are rounded to a nanometre, so that no C library's last
@@ -216,6 +217,54 @@ def glb(name, mesh, nodes):
             struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + body)
 
 
+def whole_scene():
+    """glTF 2.0, binary: nodes with roles, a scene with the rest of a scene file, both in "extras", as CAD programs write
+    what people note on objects. What is animated moves: the peg by itself, the sphere with the hand."""
+    body, views, accessors = bytearray(), [], []
+
+    def accessor(kind, component, values, width):
+        views.append({"buffer": 0, "byteOffset": len(body), "byteLength": struct.calcsize(component) * len(values)})
+        body.extend(struct.pack(f"<{len(values)}{component}", *values))
+        body.extend(bytes(-len(body) % 4))
+        single = [struct.unpack("<f", struct.pack("<f", x))[0] for x in values] if component == "f" else values
+        accessors.append({"bufferView": len(views) - 1, "componentType": 5126 if component == "f" else 5123, "type": kind,
+                          "count": len(values) // width, "min": [min(single[n::width]) for n in range(width)],
+                          "max": [max(single[n::width]) for n in range(width)]})
+        return len(accessors) - 1
+
+    def mesh(name, of):
+        return {"name": name, "primitives": [{
+            "attributes": {"POSITION": accessor("VEC3", "f", [x / 1000 for p in of.vertices for x in p], 3)},
+            "indices": accessor("SCALAR", "H", [n for t in of.triangles for n in t], 1)}]}
+
+    def way(node, *stops):
+        """Animation channels of (time, position [mm])."""
+        times = accessor("SCALAR", "f", [t for t, _ in stops], 1)
+        places = accessor("VEC3", "f", [x / 1000 for _, at in stops for x in at], 3)
+        return {"channels": [{"sampler": 0, "target": {"node": node, "path": "translation"}}],
+                "samplers": [{"input": times, "output": places, "interpolation": "LINEAR"}]}
+
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0,
+        "scenes": [{"name": "between", "nodes": [0, 1, 2], "extras": {"voxshell": {
+            "scene": "voxshell-scene/1", "voxel": "2mm",
+            "contact": {"law": "patch", "field": "layers", "stiffness": "50N/m", "most_stiffness": "400N/m"},
+            "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
+            "effects": [{"kind": "motion", "loop": 0}]}}}],
+        "nodes": [
+            {"name": "Cup", "mesh": 0, "extras": {"voxshell": "static"}},
+            {"name": "Peg", "mesh": 1, "translation": [0.14, 0.02, 0], "extras": {"voxshell": "static"}},
+            {"name": "Sphere", "mesh": 2, "translation": [0.07, 0.04, 0], "extras": {"voxshell": {"role": "dynamic", "density": "1g/cm^3"}}}],
+        "meshes": [mesh("cup", cup()), mesh("peg", peg()), mesh("sphere", sphere())],
+        "animations": [way(1, (0, (140, 20, 0)), (0.5, (140, 20, 0)), (1, (86, 20, 0)), (1.5, (140, 20, 0))),
+                       way(2, (0, (70, 40, 0)), (0.4, (52, 40, 0)), (0.8, (66, 40, 0)), (1.6, (66, 40, 0)))]}
+    document |= {"accessors": accessors, "bufferViews": views, "buffers": [{"byteLength": len(body)}]}
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    return (struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(body)) +
+            struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + bytes(body))
+
+
 def main():
     if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
         sys.exit(__doc__)
@@ -234,6 +283,7 @@ def main():
     files["pair.glb"] = glb("bracket", mesh, [
         {"name": "right", "translation": [0.01, 0, 0]},
         {"name": "left", "translation": [-0.01, 0, 0], "scale": [-1, 1, 1]}])
+    files["between.scene.glb"] = whole_scene()
     for name, content in files.items():
         (folder / name).write_bytes(content)
 

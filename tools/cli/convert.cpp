@@ -53,13 +53,12 @@ Input input_of(const std::string &text)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     if (dot != std::string::npos) name.resize(dot);
     if (name.empty()) throw Failure(ExitCode::usage, text, "has no name before its ending");
-    if (ending == ".json" && name.ends_with(".scene") && name != ".scene")
-        return {path, InputKind::scene, scene_name(path)};
+    if (is_scene(path)) return {path, InputKind::scene, scene_name(path)};
     if (ending == ".stl") return {path, InputKind::stl, name};
     if (ending == ".gltf" || ending == ".glb") return {path, InputKind::gltf, name};
     throw Failure(ExitCode::unsupported, text,
                   ending.empty()
-                      ? "has no ending; .stl, .gltf, .glb or .scene.json is needed"
+                      ? "has no ending; .stl, .gltf, .glb, .scene.json, .scene.gltf or .scene.glb is needed"
                       : fmt::format("the ending '{}' is not one of .stl, .gltf, .glb, .scene.json", ending));
 }
 
@@ -358,8 +357,8 @@ VerbAction add_convert(CLI::App &verb)
 {
     auto o = std::make_shared<ConvertOptions>();
     verb.add_option("INPUT", o->inputs,
-                    "parts: .stl, .gltf, .glb, and scenes: .scene.json; each makes NAME.vdb, .voxmap, "
-                    ".pointshell, and a scene NAME.plan")
+                    "parts: .stl, .gltf, .glb, and scenes: .scene.json, .scene.gltf, .scene.glb; each makes "
+                    "NAME.vdb, .voxmap, .pointshell, and a scene NAME.plan")
         ->required();
     verb.add_flag("--explain", o->explain,
                   "of a scene: each section of its files with its bytes, and what reads it");

@@ -77,8 +77,9 @@ Question question_of(const DesignOptions &o, Progress &progress)
     Question q;
     std::optional<SceneFile> scene;
     if (!o.scene.empty()) {
-        if (!fs::path(o.scene).filename().string().ends_with(".scene.json")) {
-            throw Failure(ExitCode::unsupported, o.scene, "a scene ends in .scene.json");
+        if (!is_scene(o.scene)) {
+            throw Failure(ExitCode::unsupported, o.scene,
+                          "a scene ends in .scene.json, .scene.gltf or .scene.glb");
         }
         scene = read_scene(o.scene);
     }

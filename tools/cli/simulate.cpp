@@ -216,8 +216,9 @@ void plan_scene(const SimulateOptions &o, Progress &progress, Given &given)
 ExitCode simulate(const SimulateOptions &o)
 {
     const bool is_plan = fs::path(o.scene).extension() == ".plan";
-    if (!is_plan && !fs::path(o.scene).filename().string().ends_with(".scene.json")) {
-        throw Failure(ExitCode::unsupported, o.scene, "a scene ends in .scene.json, a plan in .plan");
+    if (!is_plan && !is_scene(o.scene)) {
+        throw Failure(ExitCode::unsupported, o.scene,
+                      "a scene ends in .scene.json, .scene.gltf or .scene.glb, a plan in .plan");
     }
     for (const std::string &plot : o.plots) {
         picture_of(plot);
@@ -267,7 +268,9 @@ ExitCode simulate(const SimulateOptions &o)
 VerbAction add_simulate(CLI::App &verb)
 {
     auto o = std::make_shared<SimulateOptions>();
-    verb.add_option("SCENE", o->scene, "a scene: .scene.json, or a plan: .plan with its assets beside it")
+    verb.add_option(
+            "SCENE", o->scene,
+            "a scene: .scene.json, .scene.gltf, .scene.glb, or a plan: .plan with its assets beside it")
         ->required();
     verb.add_option("--assets", o->assets,
                     "folder with the scene's NAME.voxmap and NAME.pointshell (default: made for this run), "

@@ -40,7 +40,7 @@ struct Reference {
 Reference read_reference(const VerifyOptions &o)
 {
     const fs::path path(o.against);
-    if (path.filename().string().ends_with(".scene.json")) {
+    if (is_scene(path)) {
         const SceneGeometry geometry = read_geometry(read_scene(path));
         return {flatten(geometry.statics), flatten(geometry.dynamic), geometry.statics.source_hash,
                 geometry.dynamic.source_hash};
@@ -213,7 +213,8 @@ VerbAction add_verify(CLI::App &verb)
     verb.add_option("FILE", o->path, ".voxmap, .pointshell, .plan or .vdb, or a folder with such files")
         ->required();
     verb.add_option("--against", o->against,
-                    "measure cells and points again on this mesh (.stl .gltf .glb) or scene (.scene.json); "
+                    "measure cells and points again on this mesh (.stl .gltf .glb) or scene (.scene.json, "
+                    ".scene.glb); "
                     "exit 6 if a bound does not hold")
         ->type_name("MESH");
     verb.add_option("--up", o->up, "axis that points up in the mesh: y or z (default y)")

@@ -62,8 +62,17 @@ struct GltfDocument {
 GltfDocument read_gltf_document(const Source &source, std::string_view json,
                                 std::span<const std::uint8_t> bin);
 
-/// The document's default scene as meshes and instances (gltf_scene.cpp).
-Scene import_gltf_document(const Source &source, const GltfDocument &document);
+/// The document's default scene as meshes and instances, or of it what `node` and those below it hold
+/// (gltf_scene.cpp).
+Scene import_gltf_document(const Source &source, const GltfDocument &document, const std::string &node);
+
+/// JSON and BIN chunk of a file: all of a .gltf, or the chunks of a GLB, which its first bytes say. Failure
+/// for a GLB that is broken.
+struct GltfParts {
+    std::string_view json;
+    std::span<const std::uint8_t> bin;
+};
+GltfParts gltf_parts(const Source &source, bool is_glb);
 
 std::size_t gltf_component_size(int component_type); ///< [bytes]
 

@@ -19,24 +19,7 @@ std::uint32_t u32(std::span<const std::uint8_t> bytes, std::size_t offset)
     return x;
 }
 
-Scene import_json(const Source &source, const ImportOptions &options, std::string_view json,
-                  std::span<const std::uint8_t> bin)
-{
-    if (options.unit) source.refuse(ExitCode::usage, "glTF is in metres: leave --unit out");
-    return import_gltf_document(source, read_gltf_document(source, json, bin));
-}
-
-} // namespace
-
-Scene import_gltf(const Source &source, const ImportOptions &options)
-{
-    if (source.text().starts_with(glb_magic)) {
-        source.invalid("a binary glTF (GLB) named .gltf: give it the ending .glb");
-    }
-    return import_json(source, options, source.text(), {});
-}
-
-Scene import_glb(const Source &source, const ImportOptions &options)
+GltfParts glb_chunks(const Source &source)
 {
     const std::span<const std::uint8_t> bytes = source.bytes;
     if (bytes.size() < 12) {
@@ -83,7 +66,39 @@ Scene import_glb(const Source &source, const ImportOptions &options)
         at += size;
     }
     if (chunk == 0) source.invalid("a GLB without chunks");
-    return import_json(source, options, json, bin.value_or(std::span<const std::uint8_t>{}));
+    return {json, bin.value_or(std::span<const std::uint8_t>{})};
+}
+
+} // namespace
+
+GltfParts gltf_parts(const Source &source, bool is_glb)
+{
+    if (is_glb) return glb_chunks(source);
+    if (source.text().starts_with(glb_magic)) {
+        source.invalid("a binary glTF (GLB) named .gltf: give it the ending .glb");
+    }
+    return {source.text(), {}};
+}
+
+namespace {
+
+Scene import_parts(const Source &source, const ImportOptions &options, bool is_glb)
+{
+    const GltfParts parts = gltf_parts(source, is_glb);
+    if (options.unit) source.refuse(ExitCode::usage, "glTF is in metres: leave --unit out");
+    return import_gltf_document(source, read_gltf_document(source, parts.json, parts.bin), options.node);
+}
+
+} // namespace
+
+Scene import_gltf(const Source &source, const ImportOptions &options)
+{
+    return import_parts(source, options, false);
+}
+
+Scene import_glb(const Source &source, const ImportOptions &options)
+{
+    return import_parts(source, options, true);
 }
 
 } // namespace voxshell

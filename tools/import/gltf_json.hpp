@@ -25,9 +25,9 @@ Json parse_json(const Source &source, std::string_view text);
 /// animations...): a file with a string for a number was not written by something that can be trusted.
 void check_side_properties(const Source &source, const Json &value, const std::string &where);
 
-class JsonObject {
+class GltfObject {
   public:
-    JsonObject(const Source &source, const Json &json, std::string where)
+    GltfObject(const Source &source, const Json &json, std::string where)
         : source_(source), json_(json), where_(std::move(where))
     {
         if (!json.is_object())
@@ -131,29 +131,29 @@ class JsonObject {
         return value ? *value : none;
     }
 
-    std::optional<JsonObject> object(const char *key) const
+    std::optional<GltfObject> object(const char *key) const
     {
         const Json *value = find(key);
         if (!value) return {};
-        return JsonObject(source_, *value, at(key));
+        return GltfObject(source_, *value, at(key));
     }
 
-    JsonObject required_object(const char *key) const
+    GltfObject required_object(const char *key) const
     {
         auto value = object(key);
         if (!value) fail(key, "missing");
         return *value;
     }
 
-    std::optional<JsonObject> extension(const char *name) const
+    std::optional<GltfObject> extension(const char *name) const
     {
         const auto all = object("extensions");
         return all ? all->object(name) : std::nullopt;
     }
 
-    std::vector<JsonObject> objects(const char *key) const
+    std::vector<GltfObject> objects(const char *key) const
     {
-        std::vector<JsonObject> out;
+        std::vector<GltfObject> out;
         for (const Json &value : array(key))
             out.emplace_back(source_, value, fmt::format("{}[{}]", at(key), out.size()));
         return out;

@@ -1,57 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The node graph: transforms, instances, names (glTF 2.0, 3.5; EXT_mesh_gpu_instancing).
 #include "import/gltf.hpp"
+#include "import/gltf_pose.hpp"
 
 #include <fmt/core.h>
 
 #include <cmath>
+#include <functional>
 #include <unordered_map>
 
 namespace voxshell {
 namespace {
 
-using Pose = std::array<double, 12>;
-constexpr Pose identity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+using Pose = GltfPose;
 constexpr std::size_t max_path =
     200; ///< [bytes] of an instance's name: a deep graph must not fill the memory
-
-/// First `b`, then `a`.
-Pose compose(const Pose &a, const Pose &b)
-{
-    Pose c;
-    for (std::size_t r = 0; r < 3; ++r)
-        for (std::size_t k = 0; k < 4; ++k)
-            c[4 * r + k] = a[4 * r] * b[k] + a[4 * r + 1] * b[4 + k] + a[4 * r + 2] * b[8 + k] +
-                           (k == 3 ? a[4 * r + 3] : 0);
-    return c;
-}
-
-/// T * R * S; `q` is x y z w, of any length but zero.
-Pose from_trs(const double *t, const double *q, const double *s)
-{
-    const double n = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    const double x = q[0] / n, y = q[1] / n, z = q[2] / n, w = q[3] / n;
-    return {s[0] * (1 - 2 * (y * y + z * z)), s[1] * 2 * (x * y - w * z),
-            s[2] * 2 * (x * z + w * y),       t[0],
-            s[0] * 2 * (x * y + w * z),       s[1] * (1 - 2 * (x * x + z * z)),
-            s[2] * 2 * (y * z - w * x),       t[1],
-            s[0] * 2 * (x * z - w * y),       s[1] * 2 * (y * z + w * x),
-            s[2] * (1 - 2 * (x * x + y * y)), t[2]};
-}
-
-Pose pose_of(const tinygltf::Node &node)
-{
-    if (!node.matrix.empty()) { // column-major
-        Pose p;
-        for (std::size_t r = 0; r < 3; ++r)
-            for (std::size_t c = 0; c < 4; ++c) p[4 * r + c] = node.matrix[4 * c + r];
-        return p;
-    }
-    constexpr double zero[3] = {0, 0, 0}, no_turn[4] = {0, 0, 0, 1}, one[3] = {1, 1, 1};
-    return from_trs(node.translation.empty() ? zero : node.translation.data(),
-                    node.rotation.empty() ? no_turn : node.rotation.data(),
-                    node.scale.empty() ? one : node.scale.data());
-}
 
 class SceneBuilder {
   public:
@@ -61,33 +24,77 @@ class SceneBuilder {
     {
     }
 
-    Scene run()
+    /// Of the whole scene, or of one node and what is below it, in its own frame.
+    Scene run(const std::string &wanted)
     {
-        // Depth first with a stack of our own: a chain of nodes may be as long as the file.
-        struct Step {
-            int node;
-            Pose parent;
-            std::string path;
-        };
-        std::vector<Step> stack;
-        const std::vector<int> roots = root_nodes();
-        for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({*root, identity, ""});
-        while (!stack.empty()) {
-            const Step step = std::move(stack.back());
-            stack.pop_back();
-            const tinygltf::Node &node = document_.model.nodes[static_cast<std::size_t>(step.node)];
-            const Pose pose = compose(step.parent, pose_of(node));
-            const std::string path = path_of(step.path, node, step.node);
-            add_node(step.node, node, pose, path);
-            for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
-                stack.push_back({*child, pose, path});
-        }
+        std::vector<Step> from;
+        for (const int root : root_nodes())
+            from.push_back({root, compose(gltf_identity, pose_of(node_at(root))), ""});
+        if (!wanted.empty()) from = {stands(find(from, wanted), wanted)};
+        walk(std::move(from), [&](const Step &step, const std::string &path) {
+            add_node(step.node, node_at(step.node), step.pose, path);
+        });
+        if (!wanted.empty() && scene_.instances.empty())
+            source_.invalid(fmt::format("node '{}' has no triangles", printable(wanted)));
         warn();
         return std::move(scene_);
     }
 
   private:
     static constexpr std::int64_t not_made = -1, no_triangles = -2;
+
+    struct Step {
+        int node;
+        Pose pose;        ///< scene from node
+        std::string path; ///< of its parent
+    };
+
+    const tinygltf::Node &node_at(int index) const
+    {
+        return document_.model.nodes[static_cast<std::size_t>(index)];
+    }
+
+    /// Depth first with a stack of our own: a chain of nodes may be as long as the file.
+    void walk(std::vector<Step> stack,
+              const std::function<void(const Step &, const std::string &)> &visit) const
+    {
+        std::reverse(stack.begin(), stack.end());
+        while (!stack.empty()) {
+            const Step step = std::move(stack.back());
+            stack.pop_back();
+            const tinygltf::Node &node = node_at(step.node);
+            const std::string path = path_of(step.path, node, step.node);
+            visit(step, path);
+            for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
+                stack.push_back({*child, compose(step.pose, pose_of(node_at(*child))), path});
+        }
+    }
+
+    Step find(const std::vector<Step> &from, const std::string &wanted) const
+    {
+        std::optional<Step> found;
+        walk(from, [&](const Step &step, const std::string &) {
+            if (node_at(step.node).name != wanted) return;
+            if (found) source_.invalid(fmt::format("two nodes are called '{}'", printable(wanted)));
+            found = step;
+        });
+        if (!found) source_.invalid(fmt::format("the scene has no node '{}'", printable(wanted)));
+        return *found;
+    }
+
+    /// Keeps where it stands, and leaves its scale in its own frame.
+    Step stands(Step step, const std::string &wanted)
+    {
+        const auto rigid = rigid_of(step.pose);
+        if (!rigid)
+            source_.invalid(
+                fmt::format("node '{}' is scaled unevenly, sheared or mirrored: apply its scale to its mesh",
+                            printable(wanted)));
+        scene_.stand = rigid->pose;
+        const double s = rigid->scale;
+        step.pose = {s, 0, 0, 0, 0, s, 0, 0, 0, 0, s, 0};
+        return step;
+    }
 
     void warning(const char *code, std::string message)
     {
@@ -235,9 +242,9 @@ class SceneBuilder {
 
 } // namespace
 
-Scene import_gltf_document(const Source &source, const GltfDocument &document)
+Scene import_gltf_document(const Source &source, const GltfDocument &document, const std::string &node)
 {
-    Scene scene = SceneBuilder(source, document).run();
+    Scene scene = SceneBuilder(source, document).run(node);
     if (scene.instances.empty()) {
         const bool skipped = std::any_of(scene.warnings.begin(), scene.warnings.end(),
                                          [](const Warning &w) { return w.code == "gltf-points-or-lines"; });

@@ -75,23 +75,23 @@ class Validator {
         for (const char *name :
              {"animations", "cameras", "images", "materials", "samplers", "skins", "textures"})
             check_side_properties(source_, root_.array(name), name);
-        for (const JsonObject &skin : root_.objects("skins")) {
+        for (const GltfObject &skin : root_.objects("skins")) {
             skin.references("joints", count_["nodes"]);
             skin.reference("inverseBindMatrices", count_["accessors"]);
             skin.reference("skeleton", count_["nodes"]);
         }
         out_.animations = count_["animations"];
 
-        for (const JsonObject &buffer : root_.objects("buffers")) add_buffer(buffer);
+        for (const GltfObject &buffer : root_.objects("buffers")) add_buffer(buffer);
         Json reduced = {{"asset", {{"version", "2.0"}}}};
-        for (const JsonObject &view : root_.objects("bufferViews"))
+        for (const GltfObject &view : root_.objects("bufferViews"))
             reduced["bufferViews"].push_back(add_view(view));
-        for (const JsonObject &accessor : root_.objects("accessors"))
+        for (const GltfObject &accessor : root_.objects("accessors"))
             reduced["accessors"].push_back(add_accessor(accessor));
-        for (const JsonObject &mesh : root_.objects("meshes")) reduced["meshes"].push_back(add_mesh(mesh));
-        for (const JsonObject &node : root_.objects("nodes")) reduced["nodes"].push_back(add_node(node));
+        for (const GltfObject &mesh : root_.objects("meshes")) reduced["meshes"].push_back(add_mesh(mesh));
+        for (const GltfObject &node : root_.objects("nodes")) reduced["nodes"].push_back(add_node(node));
         check_tree();
-        for (const JsonObject &scene : root_.objects("scenes")) reduced["scenes"].push_back(add_scene(scene));
+        for (const GltfObject &scene : root_.objects("scenes")) reduced["scenes"].push_back(add_scene(scene));
         if (const auto scene = root_.reference("scene", count_["scenes"])) {
             reduced["scene"] = *scene;
             out_.declares_scene = true;
@@ -103,7 +103,7 @@ class Validator {
   private:
     void asset()
     {
-        const JsonObject asset = root_.required_object("asset");
+        const GltfObject asset = root_.required_object("asset");
         const auto version = asset.text("version");
         if (!version) asset.fail("version", "missing");
         if (!version->starts_with("2.") || version->size() < 3 ||
@@ -147,7 +147,7 @@ class Validator {
         }
     }
 
-    void add_buffer(const JsonObject &buffer)
+    void add_buffer(const GltfObject &buffer)
     {
         GltfBuffer b;
         b.uri = buffer.text("uri");
@@ -157,7 +157,7 @@ class Validator {
         out_.buffers.push_back(std::move(b));
     }
 
-    Json add_view(const JsonObject &view)
+    Json add_view(const GltfObject &view)
     {
         const std::uint64_t buffer = view.required_reference("buffer", count_["buffers"]);
         const std::uint64_t offset = view.integer("byteOffset", 0, max_size).value_or(0);
@@ -205,7 +205,7 @@ class Validator {
         return reduced;
     }
 
-    std::uint64_t component_type(const JsonObject &object, bool indices) const
+    std::uint64_t component_type(const GltfObject &object, bool indices) const
     {
         const std::uint64_t type = object.required_integer("componentType", 0, max_int);
         const bool known = type == 5121 || type == 5123 || type == 5125 ||
@@ -215,7 +215,7 @@ class Validator {
     }
 
     /// `count` elements of `size` bytes at `offset` of a view, `stride` apart, are in it and aligned.
-    void fits(const JsonObject &object, std::uint64_t view, std::uint64_t offset, std::uint64_t count,
+    void fits(const GltfObject &object, std::uint64_t view, std::uint64_t offset, std::uint64_t count,
               std::uint64_t size, std::uint64_t stride, std::uint64_t component) const
     {
         if (offset % component != 0 || (view_offset_[view] + offset) % component != 0) {
@@ -234,7 +234,7 @@ class Validator {
         }
     }
 
-    Json add_accessor(const JsonObject &accessor)
+    Json add_accessor(const GltfObject &accessor)
     {
         const std::uint64_t component = component_type(accessor, false);
         const std::uint64_t bytes = gltf_component_size(static_cast<int>(component));
@@ -280,7 +280,7 @@ class Validator {
     }
 
     /// sparse.indices when `size` is 0, else sparse.values of elements of `size` bytes.
-    Json sparse_part(const JsonObject &part, std::uint64_t count, std::uint64_t size,
+    Json sparse_part(const GltfObject &part, std::uint64_t count, std::uint64_t size,
                      std::uint64_t component = 0) const
     {
         Json reduced;
@@ -298,20 +298,20 @@ class Validator {
         return reduced;
     }
 
-    Json add_mesh(const JsonObject &mesh)
+    Json add_mesh(const GltfObject &mesh)
     {
         const int mesh_index = mesh_count_++;
         Json reduced = {{"primitives", Json::array()}, {"name", mesh.text("name").value_or("")}};
         if (!mesh.has("primitives")) mesh.fail("primitives", "missing");
         int index = 0;
-        for (const JsonObject &primitive : mesh.objects("primitives"))
+        for (const GltfObject &primitive : mesh.objects("primitives"))
             reduced["primitives"].push_back(add_primitive(primitive, mesh_index, index++));
         if (index == 0) mesh.fail("primitives", "empty");
         return reduced;
     }
 
     /// Attributes of a primitive or a morph target: all refer to accessors of one count.
-    Json attributes(const JsonObject &map, std::optional<std::uint64_t> &count) const
+    Json attributes(const GltfObject &map, std::optional<std::uint64_t> &count) const
     {
         Json reduced = Json::object();
         for (const auto &[name, value] : map.json().items()) {
@@ -327,10 +327,10 @@ class Validator {
         return reduced;
     }
 
-    Json add_primitive(const JsonObject &primitive, int mesh_index, int index)
+    Json add_primitive(const GltfObject &primitive, int mesh_index, int index)
     {
         const std::uint64_t mode = primitive.integer("mode", 0, 6).value_or(4);
-        const JsonObject map = primitive.required_object("attributes");
+        const GltfObject map = primitive.required_object("attributes");
         std::optional<std::uint64_t> count;
         Json reduced = {{"mode", mode}, {"attributes", attributes(map, count)}};
         if (const auto position = map.reference("POSITION", accessors_.size())) {
@@ -353,14 +353,14 @@ class Validator {
             reduced["indices"] = *indices;
         }
         primitive.reference("material", count_["materials"]);
-        for (const JsonObject &target : primitive.objects("targets")) {
+        for (const GltfObject &target : primitive.objects("targets")) {
             attributes(target, count);
             reduced["targets"].push_back(Json::object()); // that there is one is all that is needed
         }
         if (const auto draco = primitive.extension("KHR_draco_mesh_compression")) {
             GltfDraco link;
             link.view = draco->required_reference("bufferView", count_["bufferViews"]);
-            const JsonObject ids = draco->required_object("attributes");
+            const GltfObject ids = draco->required_object("attributes");
             for (const auto &[name, value] : ids.json().items()) {
                 const std::uint64_t id = ids.required_integer(name.c_str(), 0, max_int);
                 if (!map.has(name.c_str()))
@@ -372,7 +372,7 @@ class Validator {
         return reduced;
     }
 
-    Json add_node(const JsonObject &node)
+    Json add_node(const GltfObject &node)
     {
         const int index = node_count_++;
         Json reduced = {{"name", node.text("name").value_or("")}};
@@ -442,7 +442,7 @@ class Validator {
         }
     }
 
-    Json add_scene(const JsonObject &scene) const
+    Json add_scene(const GltfObject &scene) const
     {
         Json reduced = {{"nodes", Json::array()}};
         for (const std::uint64_t node : scene.references("nodes", children_.size())) {
@@ -486,7 +486,7 @@ class Validator {
     };
 
     const Source &source_;
-    JsonObject root_;
+    GltfObject root_;
     GltfDocument out_;
     std::map<std::string, std::size_t> count_;
     std::vector<std::uint64_t> view_length_, view_offset_, view_stride_;

@@ -123,6 +123,8 @@ Scene import_scene(const std::filesystem::path &path, const ImportOptions &optio
         throw Failure(ExitCode::unsupported, name,
                       fmt::format("the ending '{}' is none of .stl, .gltf, .glb", printable(ending, 20)));
     }
+    if (!options.node.empty() && importer->import == import_stl)
+        throw Failure(ExitCode::usage, name, "an STL file has no nodes");
     const Bytes bytes = read_whole_file(path, name);
     Sha256Stream hash;
     hash.update(bytes);

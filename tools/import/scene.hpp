@@ -45,12 +45,16 @@ struct Scene {
     std::vector<Instance> instances;
     std::array<std::uint8_t, 32>
         source_hash{}; ///< SHA-256 of the input file's bytes and then of each external buffer's
+    std::array<double, 12> stand{
+        1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}; ///< with ImportOptions::node: where it stands, file from node
     std::vector<Warning> warnings;
 };
 
 struct ImportOptions {
     std::optional<double> unit; ///< metres per file unit; required for STL, refused for glTF
     bool z_up = false;          ///< turn a Z-up part into the scene frame (+Y up): (x, y, z) -> (x, z, -y)
+    std::string node; ///< glTF: only this node of the scene and what is below it, in its own frame (its scale
+                      ///< applied); refused unless its name occurs once and its pose is one of a solid
 };
 
 /// Reads `path` by its ending (.stl .gltf .glb, any case). Throws Failure with the file's path: system

@@ -66,11 +66,11 @@ void update(Sha256Stream &hash, double value)
     hash.update(bytes);
 }
 
-/// All parts of one half as one scene.
-Scene gather(const std::string &name, const std::vector<ScenePart> &parts)
+/// All parts of one half of a scene as one.
+Scene gather(const SceneFile &of, const std::vector<ScenePart> &parts)
 {
     Scene all;
-    all.name = name;
+    all.name = scene_name(of.path);
     Sha256Stream hash;
     for (const ScenePart &part : parts) {
         Scene scene = import_scene(part.file, part.import);
@@ -83,7 +83,9 @@ Scene gather(const std::string &name, const std::vector<ScenePart> &parts)
         for (const double x : part.pose.rotation) {
             update(hash, x);
         }
-        const auto pose = matrix(part.pose);
+        const std::string &node = part.import.node;
+        hash.update({reinterpret_cast<const std::uint8_t *>(node.data()), node.size()});
+        const auto pose = part.stands_as_stored ? scene.stand : matrix(part.pose);
         const auto first = static_cast<std::uint32_t>(all.meshes.size());
         const std::string prefix = fmt::format("/{}:{}", &part - parts.data(), scene.name);
         for (Instance &instance : scene.instances) {
@@ -92,6 +94,7 @@ Scene gather(const std::string &name, const std::vector<ScenePart> &parts)
         }
         std::move(scene.meshes.begin(), scene.meshes.end(), std::back_inserter(all.meshes));
         for (const Warning &warning : scene.warnings) {
+            if (part.file == of.path && warning.code == "gltf-animations") continue; // they are its paths
             all.warnings.push_back({warning.code, part.file.filename().string() + ": " + warning.message});
         }
     }
@@ -126,12 +129,6 @@ PlannedAsset planned(const std::string &name, const std::vector<std::uint8_t> &b
 
 } // namespace
 
-std::string scene_name(const std::filesystem::path &path)
-{
-    const std::string name = path.filename().string();
-    return name.substr(0, name.rfind(".scene.json"));
-}
-
 std::string moving_ending(std::size_t n)
 {
     return fmt::format(".moving{}.voxmap", n + 1);
@@ -139,17 +136,16 @@ std::string moving_ending(std::size_t n)
 
 SceneGeometry read_geometry(const SceneFile &scene)
 {
-    const std::string name = scene_name(scene.path);
     SceneGeometry geometry;
     std::vector<ScenePart> still;
     for (const ScenePart &part : scene.statics) {
         if (part.path.empty())
             still.push_back(part);
         else
-            geometry.moving.push_back(gather(name, {part}));
+            geometry.moving.push_back(gather(scene, {part}));
     }
-    geometry.statics = gather(name, still);
-    geometry.dynamic = gather(name, {scene.dynamic});
+    geometry.statics = gather(scene, still);
+    geometry.dynamic = gather(scene, {scene.dynamic});
     return geometry;
 }
 

@@ -9,15 +9,12 @@ namespace voxshell {
 
 /// The triangles that a scene file names, posed. Each half is a Scene whose name is the scene's and whose
 /// source_hash is the SHA-256 of, for each part in order: the hash of its bytes, its unit [m, 0 for glTF],
-/// its up axis (0 y, 1 z), position and rotation; as little-endian doubles. So assets fit a scene exactly if
-/// these do.
+/// its up axis (0 y, 1 z), position and rotation, as little-endian doubles, and the name of its node. So
+/// assets fit a scene exactly if these do.
 struct SceneGeometry {
     Scene statics, dynamic;
     std::vector<Scene> moving; ///< parts with a path, each in its own frame
 };
-
-/// NAME of NAME.scene.json: what its assets are called.
-std::string scene_name(const std::filesystem::path &path);
 
 /// Ending of the map of moving part n: ".moving1.voxmap" for 0.
 std::string moving_ending(std::size_t n);

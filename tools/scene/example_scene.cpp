@@ -14,6 +14,8 @@ namespace {
 constexpr const char *above =
     R"(// A scene: what stands, what moves, how contact feels, on which device, and where the hand goes.
 // Comments are read over. A number with a dimension is a string with its unit. What has no default is marked *.
+// In a NAME.scene.glb the same object, without static and dynamic, is the custom property (extras) "voxshell" of the
+// glTF's scene, and the objects (nodes) that are parts have "voxshell": "static" or "dynamic"; animations are paths.
 {
   "scene": "voxshell-scene/1",                   // * version of this format
   "voxel": "2mm",                                // * edge of a cell (m, cm, mm, um, in)
@@ -21,6 +23,7 @@ constexpr const char *above =
   // * What stands: one or more parts. "unit" is needed for STL and for nothing else; "up": "z" turns a Z-up file.
   "static": [{
     "file": "cup.glb",                           // .glb .gltf .stl, inside this file's folder
+    // "node": "Cup",                            // of glTF only this node; without a pose it stands where the node does
     "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}   // quaternion x y z w
     // "path": [{"t": "0s", "position": [...]}, {"t": "1s", "position": [...], "rotation": [...]}]   in place of a pose: it moves
   }],

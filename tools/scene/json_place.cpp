@@ -17,7 +17,6 @@ namespace voxshell {
 namespace {
 
 constexpr std::size_t max_bytes = 16 << 20;
-constexpr int max_depth = 16;
 
 std::string read_text(const std::filesystem::path &file)
 {
@@ -62,20 +61,31 @@ std::size_t distance(std::string_view a, std::string_view b)
 }
 
 /// Printable, short: what a hostile file says goes to a terminal.
-std::string shown(std::string_view text)
+std::string shown(std::string_view text, std::size_t most = 60)
 {
     std::string out;
-    for (const char c : text.substr(0, 60)) {
+    for (const char c : text.substr(0, most)) {
         out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
     }
-    return out + (text.size() > 60 ? "..." : "");
+    return out + (text.size() > most ? "..." : "");
 }
 
 } // namespace
 
 void JsonPlace::refuse(const std::string &why) const
 {
-    throw Failure(ExitCode::invalid, file_->string(), shown(pointer_.empty() ? "/" : pointer_) + ": " + why);
+    throw Failure(ExitCode::invalid, file_->string(),
+                  shown(pointer_.empty() ? "/" : pointer_, 120) + ": " + why);
+}
+
+bool JsonPlace::is_string() const
+{
+    return value_->is_string();
+}
+
+bool JsonPlace::is_object() const
+{
+    return value_->is_object();
 }
 
 double JsonPlace::number() const
@@ -183,16 +193,20 @@ JsonPlace JsonObject::get(std::string_view key) const
     return *found;
 }
 
-JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
+JsonDocument::JsonDocument(const std::filesystem::path &file) : JsonDocument(file, read_text(file), "") {}
+
+JsonDocument::JsonDocument(const std::filesystem::path &file, std::string_view text, std::string pointer,
+                           int max_depth)
+    : file_(file), pointer_(std::move(pointer))
 {
-    const std::string text = read_text(file);
+    const std::string where = pointer_.empty() ? "" : pointer_ + ": ";
     source_hash_ = sha256({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
     std::vector<std::set<std::string>> keys;
     const auto watch = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json &value) {
         using Event = nlohmann::json::parse_event_t;
         if (depth > max_depth) {
             throw Failure(ExitCode::invalid, file_.string(),
-                          "nested deeper than " + std::to_string(max_depth));
+                          where + "nested deeper than " + std::to_string(max_depth));
         }
         if (event == Event::object_start) {
             keys.emplace_back();
@@ -200,7 +214,8 @@ JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
             keys.pop_back();
         } else if (event == Event::key && !keys.back().insert(value.get<std::string>()).second) {
             throw Failure(ExitCode::invalid, file_.string(),
-                          "key \"" + shown(value.get<std::string>()) + "\" occurs twice in one object");
+                          where + "key \"" + shown(value.get<std::string>()) +
+                              "\" occurs twice in one object");
         }
         return true;
     };
@@ -210,7 +225,7 @@ JsonDocument::JsonDocument(const std::filesystem::path &file) : file_(file)
         std::string what =
             error.what(); // "[json.exception.parse_error.101] parse error at line 1, column 2: ..."
         what.erase(0, what.find("] ") == std::string::npos ? 0 : what.find("] ") + 2);
-        throw Failure(ExitCode::invalid, file_.string(), "not JSON: " + shown(what));
+        throw Failure(ExitCode::invalid, file_.string(), where + "not JSON: " + shown(what));
     }
 }
 
@@ -218,7 +233,7 @@ JsonDocument::~JsonDocument() = default;
 
 JsonPlace JsonDocument::root() const
 {
-    return {*json_, "", file_};
+    return {*json_, pointer_, file_};
 }
 
 } // namespace voxshell

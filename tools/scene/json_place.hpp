@@ -27,7 +27,9 @@ class JsonPlace {
     {
     }
     [[noreturn]] void refuse(const std::string &why) const; ///< throws Failure(invalid)
-    double number() const;                                  ///< finite
+    bool is_string() const;
+    bool is_object() const;
+    double number() const; ///< finite
     bool boolean() const;
     std::string string(std::string_view expected) const;
     double quantity(Dimension dimension) const; ///< a string with a number and its unit
@@ -39,6 +41,13 @@ class JsonPlace {
     std::vector<JsonPlace> items(std::size_t least, std::size_t most) const;
 
     const std::string &pointer() const { return pointer_; }
+    /// The same, which messages call otherwise.
+    JsonPlace called(std::string pointer) const
+    {
+        JsonPlace place = *this;
+        place.pointer_ = std::move(pointer);
+        return place;
+    }
 
   private:
     friend class JsonObject;
@@ -65,17 +74,21 @@ class JsonObject {
     JsonPlace place_;
 };
 
-/// A parsed file; comments (// and /* */) are read over. Throws Failure(system) if it cannot be read;
+/// A parsed text; comments (// and /* */) are read over. Throws Failure(system) if the file cannot be read;
 /// Failure(invalid) for text that is not JSON, doubled keys, nesting deeper than 16 or more than 16 MiB.
 class JsonDocument {
   public:
     explicit JsonDocument(const std::filesystem::path &file);
+    /// A text that stands in a file at this pointer, nested at most `depth` deep.
+    JsonDocument(const std::filesystem::path &file, std::string_view text, std::string pointer,
+                 int depth = 16);
     ~JsonDocument();
     JsonPlace root() const;
     const std::array<std::uint8_t, 32> &source_hash() const { return source_hash_; } ///< SHA-256 of the text
 
   private:
     std::filesystem::path file_;
+    std::string pointer_;
     std::array<std::uint8_t, 32> source_hash_;
     std::unique_ptr<nlohmann::json> json_;
 };

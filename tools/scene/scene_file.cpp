@@ -2,7 +2,7 @@
 #include "scene/scene_file.hpp"
 
 #include "scene/effect_reader.hpp"
-#include "scene/json_place.hpp"
+#include "scene/scene_keys.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +72,7 @@ bool has_ending(const std::filesystem::path &name, std::string_view ending)
 
 ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool moves)
 {
-    std::vector<std::string_view> keys{"file", "unit", "up", "pose"};
+    std::vector<std::string_view> keys{"file", "node", "unit", "up", "pose"};
     keys.push_back(moves ? "density" : "path");
     const JsonObject object(at, keys);
     ScenePart result;
@@ -99,6 +99,12 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool mo
     if (is_stl && !result.import.unit) {
         at.refuse("lacks \"unit\": an STL file has none; say \"unit\": \"mm\"");
     }
+    if (const auto node = object.find("node")) {
+        if (is_stl) node->refuse("only of glTF: an STL file has no nodes");
+        if (const auto up = object.find("up")) up->refuse("not with a node: its file says how it stands");
+        result.import.node = node->string("the name of a node");
+        if (result.import.node.empty()) node->refuse("must be the name of a node");
+    }
     if (const auto path = object.find("path")) {
         if (object.find("pose")) path->refuse("says itself where the part is: leave out pose or path");
         for (const JsonPlace &item : path->items(1, 1 << 14)) {
@@ -123,6 +129,8 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool mo
             result.pose.position = lengths(*position);
         }
         result.pose.rotation = rotation(fields);
+    } else if (!moves && result.path.empty()) {
+        result.stands_as_stored = !result.import.node.empty();
     }
     return result;
 }
@@ -273,26 +281,6 @@ Point turned(const HandPath::Keyframe::Turn &turn, const Point &from, double sha
     return {turn.about[0] + arm[0], turn.about[1] + arm[1], turn.about[2] + arm[2]};
 }
 
-/// A path is what asks for the effect motion; the list of effects may say more of it.
-void ask_for_motion(const JsonPlace &statics, SceneFile &scene)
-{
-    const auto goes = [](const ScenePart &part) { return !part.path.empty(); };
-    const auto asked = std::ranges::find(scene.effects, std::uint32_t{VXS_EFFECT_MOTION},
-                                         [](const SceneEffect &e) { return e.effect.kind; });
-    if (std::ranges::none_of(scene.statics, goes)) {
-        if (asked != scene.effects.end()) statics.refuse("the effect motion needs a part with a \"path\"");
-        return;
-    }
-    if (std::ranges::all_of(scene.statics, goes))
-        statics.refuse("at least one part must stand: one without a \"path\"");
-    if (asked == scene.effects.end()) {
-        SceneEffect motion;
-        motion.place = statics.pointer();
-        vxs_effect_default(VXS_EFFECT_MOTION, &motion.effect);
-        scene.effects.push_back(motion);
-    }
-}
-
 HandPath hand(const JsonPlace &at)
 {
     const JsonObject object(at, {"path"});
@@ -376,14 +364,8 @@ Pose HandPath::at(double t) const
     return result;
 }
 
-SceneFile read_scene(const std::filesystem::path &path)
+void read_keys(const JsonObject &object, SceneFile &scene)
 {
-    const JsonDocument document(path);
-    const JsonObject object(document.root(), {"scene", "voxel", "static", "dynamic", "contact", "coupling",
-                                              "guards", "effects", "device", "arm", "rate", "hand"});
-    SceneFile scene;
-    scene.path = path;
-    scene.source_hash = document.source_hash();
     const JsonPlace version = object.get("scene");
     if (const std::string text = version.string("voxshell-scene/1"); text != "voxshell-scene/1") {
         version.refuse("\"" + text + "\" is not a version that this voxshell reads: voxshell-scene/1");
@@ -393,11 +375,6 @@ SceneFile read_scene(const std::filesystem::path &path)
     if (scene.voxel < micrometre / 1000 || scene.voxel > 1000) {
         voxel.refuse("must be between 0.001um and 1000m");
     }
-    const std::filesystem::path folder = path.parent_path();
-    for (const JsonPlace &item : object.get("static").items(1, 1 << 16)) {
-        scene.statics.push_back(part(item, folder, false));
-    }
-    scene.dynamic = part(object.get("dynamic").items(1, 1)[0], folder, true);
     if (const auto found = object.find("contact")) {
         contact(*found, scene);
     }
@@ -405,7 +382,6 @@ SceneFile read_scene(const std::filesystem::path &path)
         coupling(*found, scene);
     }
     scene.effects = read_effects(object.find("guards"), object.find("effects"));
-    ask_for_motion(object.get("static"), scene);
     if (const auto found = object.find("device")) {
         scene.device = found->string("a device, as sim:phantom-premium-1.5");
     }
@@ -419,7 +395,71 @@ SceneFile read_scene(const std::filesystem::path &path)
             found->refuse("must be between 10Hz and 100kHz");
         }
     }
-    scene.hand = hand(object.get("hand"));
+    if (const auto found = object.find("hand")) scene.hand = hand(*found);
+}
+
+double read_density(const JsonPlace &at)
+{
+    return positive(at, Dimension::density);
+}
+
+void ask_for_motion(const JsonPlace &statics, SceneFile &scene)
+{
+    const auto goes = [](const ScenePart &part) { return !part.path.empty(); };
+    const auto asked = std::ranges::find(scene.effects, std::uint32_t{VXS_EFFECT_MOTION},
+                                         [](const SceneEffect &e) { return e.effect.kind; });
+    if (std::ranges::none_of(scene.statics, goes)) {
+        if (asked != scene.effects.end())
+            statics.refuse(asked->place +
+                           " asks for motion, and no part says where it goes: give one a \"path\"" +
+                           (is_gltf_scene(scene.path) ? " (animate its node)" : ""));
+        return;
+    }
+    if (std::ranges::all_of(scene.statics, goes))
+        statics.refuse("at least one part must stand: one without a \"path\"");
+    if (asked == scene.effects.end()) {
+        SceneEffect motion;
+        motion.place = statics.pointer();
+        vxs_effect_default(VXS_EFFECT_MOTION, &motion.effect);
+        scene.effects.push_back(motion);
+    }
+}
+
+bool is_gltf_scene(const std::filesystem::path &path)
+{
+    return has_ending(path, ".gltf") || has_ending(path, ".glb");
+}
+
+bool is_scene(const std::filesystem::path &path)
+{
+    const std::filesystem::path stem = path.stem();
+    return (has_ending(path, ".json") || is_gltf_scene(path)) && stem.extension() == ".scene" &&
+           !stem.stem().empty();
+}
+
+std::string scene_name(const std::filesystem::path &path)
+{
+    return path.stem().stem().string();
+}
+
+SceneFile read_scene(const std::filesystem::path &path)
+{
+    if (is_gltf_scene(path)) return read_gltf_scene(path);
+    const JsonDocument document(path);
+    std::vector<std::string_view> keys{"static", "dynamic"};
+    keys.insert(keys.begin(), std::begin(scene_keys), std::end(scene_keys));
+    const JsonObject object(document.root(), keys);
+    SceneFile scene;
+    scene.path = path;
+    scene.source_hash = document.source_hash();
+    read_keys(object, scene);
+    const std::filesystem::path folder = path.parent_path();
+    for (const JsonPlace &item : object.get("static").items(1, 1 << 16)) {
+        scene.statics.push_back(part(item, folder, false));
+    }
+    scene.dynamic = part(object.get("dynamic").items(1, 1)[0], folder, true);
+    ask_for_motion(object.get("static"), scene);
+    object.get("hand");
     return scene;
 }
 

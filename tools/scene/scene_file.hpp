@@ -7,6 +7,9 @@
 //     "voxel": "2mm",                                  edge of a cell, of both assets
 //     "static":  [{"file": "cup.glb",                  relative, inside the scene's own folder
 //                  "unit": "mm", "up": "z",            STL only / where the file is Z-up
+//                  "node": "Cup",                   glTF: only this node and what is below it, in its own
+//                  frame;
+//                                                   without a pose it stands where the node does
 //                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in
 //                  glTF
 //         "path": [{"t": "0s", "position": [..]}, {"t": "1s", "position": [..], "rotation": [..]}] in place
@@ -54,6 +57,14 @@
 //        arc
 //   }
 //
+// NAME.scene.glb and NAME.scene.gltf are whole scenes too: the "extras" of the glTF's scene hold "voxshell":
+// the object above without static and dynamic; those of a node hold "voxshell": "static", or "dynamic", or
+// {"role": "dynamic", "density": "1g/cm^3"} (or text that holds such an object: some editors of properties
+// know nothing else). A node with a role is a part, with all below it, in its own frame; nodes without are
+// not of the scene. Where it stands, its animation if it has one (LINEAR, moved and turned), is pose or path;
+// of what is dynamic: where the hand goes, unless "hand" says it. A turn between two keys is the motion's
+// (effect.h).
+//
 // Comments (// and /* */) are read over. Only voxel, static, dynamic and hand have no default. A value with a
 // dimension is a string with its unit.
 #pragma once
@@ -80,8 +91,9 @@ struct Pose {
 struct ScenePart {
     std::filesystem::path file; ///< the scene's folder / what it says
     ImportOptions import;
-    Pose pose;          ///< scene from part
-    double density = 0; ///< of what moves [kg/m^3]; 0: not said
+    Pose pose;                     ///< scene from part
+    bool stands_as_stored = false; ///< where its node stands in its file, in place of a pose
+    double density = 0;            ///< of what moves [kg/m^3]; 0: not said
     struct Stop {
         double t; ///< [s], ascending
         Pose pose;
@@ -151,6 +163,13 @@ struct SceneFile {
 /// doubled key, a wrong type, a wrong unit, a file outside the scene's folder, nesting deeper than 16, more
 /// than 16 MiB.
 SceneFile read_scene(const std::filesystem::path &path);
+
+/// NAME.scene.json, NAME.scene.gltf or NAME.scene.glb: decided by the ending alone.
+bool is_scene(const std::filesystem::path &path);
+/// Of glTF.
+bool is_gltf_scene(const std::filesystem::path &path);
+/// NAME: what its assets are called.
+std::string scene_name(const std::filesystem::path &path);
 
 /// v turned by q.
 Point rotate(const Quaternion &q, const Point &v);
