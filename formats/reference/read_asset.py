@@ -32,6 +32,8 @@ MOTION = struct.Struct("<d7dII")
 MAGIC = {b"\x89VXM\r\n\x1a\n": "voxmap", b"\x89VXP\r\n\x1a\n": "pointshell",
          b"\x89VXL\r\n\x1a\n": "plan"}
 MAJOR = {"voxmap": 1, "pointshell": 1, "plan": 1}
+NO_AREA = 1
+FEATURES = {"pointshell": NO_AREA}  # bits of required_features that are known
 FREE, SURFACE, INTERIOR = 0, 1, 2
 FIRST = 4  # entries from here on are numbers of chunks or bricks
 
@@ -92,7 +94,8 @@ class Asset:
         need(self.major == MAJOR[self.kind], "C103", 8,
              f"{self.kind} version {self.major}.{self.minor}, this reader knows {MAJOR[self.kind]}.0")
         need(header_crc == zlib.crc32(data[:124]), "C104", 124, "header checksum differs")
-        need(required == 0, "C105", 24, f"unknown required features {required:#x}")
+        need(required & ~FEATURES.get(self.kind, 0) == 0, "C105", 24, f"unknown required features {required:#x}")
+        self.features = required
         need(file_size == len(data), "C106", 16, f"file_size {file_size}, but the file has {len(data)} bytes")
         need(1 <= self.section_count <= 64 and 128 + 40 * self.section_count <= file_size, "C107", 32,
              f"section_count {self.section_count}")
@@ -482,9 +485,13 @@ class Pointshell(Asset):
 
     def __init__(self, data):
         super().__init__(data)
-        self.check_layout("S1", self.STRIDES)
+        self.has_areas = not self.features & NO_AREA
+        self.here = self.COLUMNS if self.has_areas else self.COLUMNS[:-1]
+        self.check_layout("S1", {n: s for n, s in self.STRIDES.items() if n in (*self.here, "SHEL", "CLUS")})
+        if not self.has_areas and "AREA" in self.by_name:
+            raise Broken("S103", "TABL", self.by_name["AREA"].entry_offset, "areas in a shell that has none")
         self.check_info()
-        self.columns = [self.array(n, "f") for n in self.COLUMNS]
+        self.columns = [self.array(n, "f") for n in self.here]
         self.check_points()
         self.check_padding()
         self.check_clusters()
@@ -505,7 +512,7 @@ class Pointshell(Asset):
         need(1 <= self.point_count <= 2**28, "S203", 12, f"point_count {self.point_count}")
         need(self.padded_count == (self.point_count + 15) // 16 * 16, "S204", 16, f"padded_count {self.padded_count}")
         need(self.cluster_count == (self.point_count + 63) // 64, "S205", 20, f"cluster_count {self.cluster_count}")
-        for name in self.COLUMNS + ("CLUS",):
+        for name in self.here + ("CLUS",):
             entry = self.by_name[name]
             if entry.count != (self.cluster_count if name == "CLUS" else self.padded_count):
                 raise Broken("S206", "TABL", entry.entry_offset, f"{entry.count} elements in {name}")
@@ -525,7 +532,7 @@ class Pointshell(Asset):
         return self.data[self.at(column, point):self.at(column, point) + 4]
 
     def check_points(self):
-        x, y, z, nx, ny, nz, area = self.columns
+        x, y, z, nx, ny, nz = self.columns[:6]
         for n in range(self.point_count):
             for a, value in enumerate((x[n], y[n], z[n])):
                 if not abs(value) <= 1e15:
@@ -533,6 +540,9 @@ class Pointshell(Asset):
         for n in range(self.point_count):
             if not abs((nx[n] * nx[n] + ny[n] * ny[n]) + nz[n] * nz[n] - 1.0) <= 1e-6:
                 raise Broken("S302", "NRMX", self.at(3, n), f"the normal of point {n} has not length 1")
+        if not self.has_areas:
+            return
+        area = self.columns[6]
         for n in range(self.point_count):
             if not (finite_not_negative(area[n]) and math.copysign(1.0, area[n]) > 0):
                 raise Broken("S303", "AREA", self.at(6, n), f"area {area[n]} of point {n}")
@@ -543,7 +553,7 @@ class Pointshell(Asset):
             raise Broken("S304", "SHEL", self.by_name["SHEL"].offset + 24, f"area {self.area}, the points have {total}")
 
     def check_padding(self):
-        for column in range(7):
+        for column in range(len(self.here)):
             last = self.raw(column, self.point_count - 1) if column < 6 else bytes(4)
             for n in range(self.point_count, self.padded_count):
                 if self.raw(column, n) != last:
@@ -581,12 +591,12 @@ class Pointshell(Asset):
         inside("S405", self.center, self.radius, range(self.point_count), "the shell")
 
     def points(self):
-        """(x, y, z, nx, ny, nz, area) of all points, without the padding."""
+        """(x, y, z, nx, ny, nz, area) of all points, without the padding; no area in a shell that has none."""
         return zip(*(column[:self.point_count] for column in self.columns))
 
     def summary(self):
         return {**super().summary(), "voxel_m": self.voxel, "kind_of_shell": {1: "exact", 2: "naive"}[self.kind_of_shell],
-                "points": self.point_count, "area_m2": self.area, "gap_max_m": self.gap_max,
+                "points": self.point_count, "area_m2": self.area, "areas": self.has_areas, "gap_max_m": self.gap_max,
                 "surface_error_max_m": self.surface_error, "clusters": self.cluster_count}
 
 

@@ -16,19 +16,17 @@ typedef struct asset_kind {
     char magic[VXS_CONTAINER_MAGIC_SIZE + 1];
     uint32_t kind;
     uint16_t major, minor;
+    uint32_t features; /* bits of required_features that are known */
     vxs_result (*check)(vxsi_check *);
 } asset_kind;
 
 static const asset_kind kinds[] = {
-    {VXS_VOXMAP_MAGIC, VXS_ASSET_VOXMAP, VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR,
+    {VXS_VOXMAP_MAGIC, VXS_ASSET_VOXMAP, VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR, 0,
      vxsi_check_voxmap},
     {VXS_POINTSHELL_MAGIC, VXS_ASSET_POINTSHELL, VXS_POINTSHELL_VERSION_MAJOR, VXS_POINTSHELL_VERSION_MINOR,
-     vxsi_check_pointshell},
-    {VXS_PLAN_MAGIC, VXS_ASSET_PLAN, VXS_PLAN_VERSION_MAJOR, VXS_PLAN_VERSION_MINOR, vxsi_check_plan},
+     VXS_POINTSHELL_FEATURE_NO_AREA, vxsi_check_pointshell},
+    {VXS_PLAN_MAGIC, VXS_ASSET_PLAN, VXS_PLAN_VERSION_MAJOR, VXS_PLAN_VERSION_MINOR, 0, vxsi_check_plan},
 };
-
-/* Version 1.0 knows no bit. */
-static const uint32_t known_features = 0;
 
 vxs_result vxsi_refuse(vxsi_check *check, vxs_result result, const char *rule, uint32_t section,
                        uint64_t offset, const char *text)
@@ -100,14 +98,14 @@ static vxs_result check_identity(vxsi_check *check, uint32_t wanted_kind, const 
     return VXS_OK;
 }
 
-static vxs_result check_header(vxsi_check *check)
+static vxs_result check_header(vxsi_check *check, const asset_kind *kind)
 {
     const vxs_container_header *header = (const vxs_container_header *)(const void *)check->data;
 #define REFUSE(result, rule, field, text)                                                                    \
     return vxsi_refuse(check, result, rule, VXS_SECTION_HEAD, offsetof(vxs_container_header, field), text)
     if (vxsi_crc32(check->data, offsetof(vxs_container_header, header_crc)) != header->header_crc)
         REFUSE(VXS_CHECKSUM, "C104", header_crc, "the header's checksum does not match");
-    if (header->required_features & ~known_features)
+    if (header->required_features & ~kind->features)
         REFUSE(VXS_FEATURE, "C105", required_features, "a required feature is not known to this reader");
     if (check->size < header->file_size)
         REFUSE(VXS_TRUNCATED, "C106", file_size, "the file is shorter than file_size");
@@ -220,7 +218,7 @@ vxs_result vxsi_check_asset(vxsi_check *check, uint32_t wanted_kind, vxs_asset *
 {
     const asset_kind *kind = NULL;
     vxs_result result = check_identity(check, wanted_kind, &kind);
-    if (result == VXS_OK) result = check_header(check);
+    if (result == VXS_OK) result = check_header(check, kind);
     if (result == VXS_OK) result = check_table(check);
     if (result == VXS_OK) result = check_bytes(check);
     if (result == VXS_OK) result = kind->check(check);

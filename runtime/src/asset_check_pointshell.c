@@ -30,7 +30,7 @@ typedef struct shell_check {
     vxsi_check *check;
     const vxs_container_section *section[KNOWN];
     const vxs_pointshell_info *info;
-    const float *array[KNOWN]; /* POSX .. AREA */
+    const float *array[KNOWN]; /* POSX .. AREA; NULL for AREA where there is none */
     const vxs_pointshell_cluster *clusters;
 } shell_check;
 
@@ -44,16 +44,24 @@ static vxs_result refuse_at(const shell_check *s, const char *rule, int which, u
 static vxs_result check_sections(shell_check *s)
 {
     const vxs_container_section *table = vxsi_table(s->check->data);
+    const vxs_container_header *header = (const vxs_container_header *)(const void *)s->check->data;
+    const int no_area = (header->required_features & VXS_POINTSHELL_FEATURE_NO_AREA) != 0;
+    int next = 0;
     for (int n = 0; n < KNOWN; n++) {
-        if (table[n].id != layout[n].id) /* META is last, so a table that is too short fails here */
-            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S101", &table[n], "not SHEL .. CLUS in order");
-        s->section[n] = &table[n];
+        if (n == AREA && no_area) continue;
+        const vxs_container_section *entry = &table[next++];
+        if (entry->id != layout[n].id) /* META is last, so a table that is too short fails here */
+            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S101", entry, "not SHEL .. CLUS in order");
+        s->section[n] = entry;
     }
     for (int n = 0; n < KNOWN; n++) {
-        if (table[n].stride != layout[n].stride || (n == SHEL && table[n].count != 1))
-            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S102", &table[n],
-                                     "wrong stride, or not one SHEL");
+        const vxs_container_section *entry = s->section[n];
+        if (entry && (entry->stride != layout[n].stride || (n == SHEL && entry->count != 1)))
+            return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S102", entry, "wrong stride, or not one SHEL");
     }
+    const vxs_container_section *area = vxsi_find_section(s->check->data, layout[AREA].id);
+    if (no_area && area)
+        return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S103", area, "areas in a shell that has none");
     return VXS_OK;
 }
 
@@ -112,7 +120,7 @@ static vxs_result check_info(const shell_check *s)
     if (info->cluster_count != (info->point_count + run - 1) / run)
         return refuse_info(s, "S205", FIELD(cluster_count), "not point_count / 64 rounded up");
     for (int n = POSX; n < KNOWN; n++) {
-        if (s->section[n]->count != (n == CLUS ? info->cluster_count : info->padded_count))
+        if (s->section[n] && s->section[n]->count != (n == CLUS ? info->cluster_count : info->padded_count))
             return vxsi_refuse_entry(s->check, VXS_CORRUPT, "S206", s->section[n],
                                      "wrong number of elements");
     }
@@ -140,16 +148,16 @@ static vxs_result check_points(const shell_check *s)
         if (!(fabs(((x * x + y * y) + z * z) - 1) <= 1e-6))
             return refuse_at(s, "S302", NRMX, 4 * p, "a normal is not of length 1");
     }
-    for (uint64_t p = 0; p < count; p++) {
+    for (uint64_t p = 0; p < count && s->array[AREA]; p++) {
         float area = s->array[AREA][p];
         if (!not_negative(area) || signbit(area))
             return refuse_at(s, "S303", AREA, 4 * p, "an area is not finite, or negative");
     }
     double sum = 0;
-    for (uint64_t p = 0; p < count; p++) sum += s->array[AREA][p];
-    if (!(fabs(sum - s->info->area) <= 1e-6 * s->info->area))
+    for (uint64_t p = 0; p < count && s->array[AREA]; p++) sum += s->array[AREA][p];
+    if (s->array[AREA] && !(fabs(sum - s->info->area) <= 1e-6 * s->info->area))
         return refuse_info(s, "S304", FIELD(area), "not the sum of the areas");
-    for (int n = POSX; n <= AREA; n++) {
+    for (int n = POSX; n <= AREA && s->array[n]; n++) {
         float last = n == AREA ? 0.0f : s->array[n][count - 1];
         for (uint64_t p = count; p < s->info->padded_count; p++) {
             if (memcmp(&s->array[n][p], &last, sizeof last) != 0)
@@ -213,7 +221,7 @@ vxs_result vxsi_check_pointshell(vxsi_check *check)
     vxs_result result = check_sections(&s);
     if (result != VXS_OK) return result;
     s.info = (const vxs_pointshell_info *)(const void *)(check->data + s.section[SHEL]->offset);
-    for (int n = POSX; n <= AREA; n++)
+    for (int n = POSX; n <= AREA && s.section[n]; n++)
         s.array[n] = (const float *)(const void *)(check->data + s.section[n]->offset);
     s.clusters = (const vxs_pointshell_cluster *)(const void *)(check->data + s.section[CLUS]->offset);
     result = check_info(&s);

@@ -313,7 +313,7 @@ uint32_t vxs_contact_evaluate(vxs_contact *contact, const vxs_contact_static *st
     e.law = &laws[config->law];
     if (config->loads) config->loads->count = 0;
     if (count > contact->static_capacity || (config->most_points && !contact->has_levels) ||
-        !vxs_pose_rotation(pose, turn))
+        (config->weighting == VXS_CONTACT_AREA && !contact->shell.area) || !vxs_pose_rotation(pose, turn))
         return result->flags = VXS_CONTACT_INVALID;
     vxsi_hits *hits = &contact->hits;
     hits->count = hits->deep_count = hits->overflow = 0;

@@ -129,6 +129,7 @@ vxs_result vxs_contact_add_levels(vxs_contact *contact, void *memory, size_t siz
 {
     if (!contact || !memory) return VXS_PARAM;
     const vxs_pointshell *shell = &contact->shell;
+    if (!shell->area) return VXS_NO_AREA;
     if ((uintptr_t)memory % 16 != 0 || size < vxs_contact_levels_memory(shell)) return VXS_BUFFER;
     memset(memory, 0, vxs_contact_levels_memory(shell));
     float *arrays[VXSI_LEVELS + 1][ARRAYS];
@@ -192,10 +193,12 @@ double vxs_contact_point_cost(vxs_contact *contact)
         double sum[3], count, begin = now();
         vxsi_total total;
         hits->count = hits->deep_count = hits->overflow = 0;
-        hits->take = VXSI_TAKE_NORMAL | VXSI_TAKE_AREA;
+        hits->take = VXSI_TAKE_NORMAL | (shell->area ? VXSI_TAKE_AREA : 0);
         contact->kernel->probe(&map, shell, &motion, all->looks, all->look_count, hits);
-        vxsi_span span = {
-            .last = hits->count, .has_area = 1, .voxel = 1, .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+        vxsi_span span = {.last = hits->count,
+                          .has_area = shell->area != NULL,
+                          .voxel = 1,
+                          .rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
         contact->kernel->mean(hits, &span, 0, sum, &count);
         contact->kernel->sum_common(hits, &span, sum, &total);
         double each = (now() - begin) / shell->point_count;

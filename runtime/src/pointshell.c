@@ -12,6 +12,7 @@ vxs_result vxs_pointshell_open(const vxs_asset *asset, vxs_pointshell *out)
 {
     if (!asset || !out || !asset->data) return VXS_PARAM;
     if (asset->kind != VXS_ASSET_POINTSHELL) return VXS_KIND;
+    const vxs_container_section *area = vxs_asset_section(asset, VXS_POINTSHELL_SECTION_AREA);
     const vxs_pointshell_info *info = bytes_of(asset, VXS_POINTSHELL_SECTION_SHEL);
     *out = (vxs_pointshell){
         .voxel = info->voxel,
@@ -25,7 +26,7 @@ vxs_result vxs_pointshell_open(const vxs_asset *asset, vxs_pointshell *out)
         .nx = bytes_of(asset, VXS_POINTSHELL_SECTION_NRMX),
         .ny = bytes_of(asset, VXS_POINTSHELL_SECTION_NRMY),
         .nz = bytes_of(asset, VXS_POINTSHELL_SECTION_NRMZ),
-        .area = bytes_of(asset, VXS_POINTSHELL_SECTION_AREA),
+        .area = area ? (const float *)(const void *)(asset->data + area->offset) : NULL,
         .clusters = bytes_of(asset, VXS_POINTSHELL_SECTION_CLUS),
         .radius = info->radius,
         .total_area = info->area,

@@ -117,6 +117,8 @@ vxs_result vxs_servo_config_check(const vxs_servo_config *config)
     for (uint32_t n = 0; n < config->static_count && result == VXS_OK; n++) {
         if (!vxs_contact_has_field(config->statics[n].map, config->contact.field)) result = VXS_CHANNEL;
     }
+    if (result == VXS_OK && config->contact.weighting == VXS_CONTACT_AREA && !config->shell->area)
+        result = VXS_NO_AREA;
     if (result == VXS_OK) result = vxs_coupling_config_check(&config->coupling);
     return result == VXS_OK ? check_body(config) : result;
 }

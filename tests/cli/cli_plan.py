@@ -70,7 +70,7 @@ class Plan(command.CommandTest):
         first = next(n for n, count in enumerate(contacts) if count)
         self.assertLess(abs(first - 430), 40)
         self.refused(3, r'/static: at least one part must stand', *self.changed(static=[ball]))
-        self.refused(3, r'/static: the effect motion needs a part with a "path"', *self.changed(effects=[{'kind': 'motion'}]))
+        self.refused(3, r'/static: /effects/0 asks for motion, and no part says where it goes: give one a "path"', *self.changed(effects=[{'kind': 'motion'}]))
         self.refused(3, r'/static/1/path: says itself where the part is',
                      *self.changed(static=[{'file': 'cup.glb'}, {**ball, 'pose': {'position': ['0m', '0m', '0m']}}]))
 
@@ -108,7 +108,7 @@ class Plan(command.CommandTest):
     def test_refusals(self):
         self.convert('press', 'a')
         self.refused(1, r'press\.plan: --device: a plan is for its own device', 'a/press.plan', '--device', 'sim:omega-3', '-q', verb='simulate')
-        self.refused(5, r'cup\.glb: a scene ends in \.scene\.json, a plan in \.plan', 'cup.glb', verb='simulate')
+        self.refused(5, r'cup\.glb: a scene ends in \.scene\.json, \.scene\.gltf or \.scene\.glb, a plan in \.plan', 'cup.glb', verb='simulate')
         golden = command.SOURCE / 'tests' / 'golden' / 'valid' / 'bare.plan'
         shutil.copy(golden, self.path('bare.plan'))
         self.refused(2, r'a\.voxmap: ', 'bare.plan', '-q', verb='simulate')
@@ -135,11 +135,40 @@ class Plan(command.CommandTest):
         channels = lambda folder: json.loads(self.run_voxshell('inspect', f'{folder}/press.voxmap', '--format', 'json').stdout)['channels']
         self.assertEqual((channels('bare'), channels('near')), ([], ['distance']))
         self.trace('near/press.plan')
+        # Areas are there for the weighting that reads them, and are all that differs; a part by itself has them.
+        self.scene('press', contact={'law': 'average', 'weighting': 'area', 'stiffness': '1e8N/m^3'})
+        self.convert('press', 'area')
+        facts = lambda path: json.loads(self.run_voxshell('inspect', path, '--format', 'json').stdout)
+        with_areas, without = facts('area/press.pointshell'), facts('bare/press.pointshell')
+        self.assertEqual((with_areas['areas'], without['areas']), (True, False))
+        self.assertEqual(with_areas['area_m2'], without['area_m2'])
+        points = without['points']
+        more = with_areas['bytes'] - without['bytes'] - 4 * ((points + 15) // 16 * 16)
+        self.assertIn(more, (0, 64))  # the line in the table
+        for name in ('press.voxmap', 'press.vdb'):
+            self.assertEqual(self.digests(self.path('area'))[name], bare[name])
+        self.run_voxshell('diff', 'area/press.pointshell', 'bare/press.pointshell', code=6, out=r'areas of points: stored / none\n0 points changed')
+        self.run_voxshell('convert', 'ball.stl', '--unit', 'mm', '--voxel', '2mm', '-o', 'part', '-q')
+        self.assertTrue(facts('part/ball.pointshell')['areas'])
+        for name in ('bare', 'area'):
+            self.run_voxshell('export', f'{name}/press.pointshell', '-o', f'{name}.csv')
+            self.run_voxshell('verify', f'{name}/press.pointshell', '--against', 'press.scene.json')
+        heads = [pathlib.Path(self.path(f'{name}.csv')).read_text().splitlines() for name in ('bare', 'area')]
+        self.assertEqual([h[0] for h in heads], ['x,y,z,nx,ny,nz', 'x,y,z,nx,ny,nz,area'])
+        self.assertEqual(heads[0][1:], [line.rsplit(',', 1)[0] for line in heads[1][1:]])
+        for ending, size in (('ply', 4), ('glb', 4)):
+            for name in ('bare', 'area'):
+                self.run_voxshell('export', f'{name}/press.pointshell', '-o', f'{name}.{ending}')
+            more = pathlib.Path(self.path(f'area.{ending}')).stat().st_size - pathlib.Path(self.path(f'bare.{ending}')).stat().st_size
+            self.assertGreaterEqual(more, size * points)
+        # Assets of the other scene do not serve: what weighs by area says so.
+        self.refused(3, r'contact: the shell has no areas, by which to weigh points', 'press.scene.json', '--assets', 'bare', '-q', verb='simulate')
         self.scene('press', effects=[{'kind': 'proximity', 'reach': '1m'}])
         self.refused(3, r'/effects: one looks 1 m far into the distances around a surface, and they reach 64 voxels: 0\.128 m', 'press.scene.json', '-o', 'far', '-q')
         self.scene('press', effects=[{'kind': 'proximity', 'reach': '5mm'}])
         done = self.run_voxshell('convert', 'press.scene.json', '-o', 'told', '--explain')
         self.assertRegex(done.stdout, r'DIST +[\d ]+ bytes  an effect that looks 5 mm far')
+        self.assertRegex(done.stdout, r'AREA +0 bytes  left out: no weighting area')
         for name in ('voxmap', 'pointshell', 'plan'):
             block = re.search(rf'press\.{name} .*?padding to 64', done.stdout, re.S)[0]
             total = sum(int(n.replace(' ', '')) for n in re.findall(r' ([\d ]+) bytes', block))

@@ -91,6 +91,23 @@ class Simulate(command.CommandTest):
         for name, effect in effects.items():
             self.assertTrue(effect['reads'], name)
             self.assertEqual(effect['ns'] is None, effect['why_not'] != '', name)
+            self.assertEqual(effect['instructions'] is None, effect['ns'] is None or told['not_counted'] != '', name)
+        self.assertEqual([stage['stage'] for stage in told['stages']], ['contact', 'coupling', 'clamp'])
+        if not told['not_counted']:
+            # What is in and what is always there make up the tick; each effect has a price that is not nothing and not the world's.
+            self.assertGreater(told['counted_ticks'], 1)
+            parts = {part['stage']: part['instructions'] for part in told['explain']}
+            self.assertTrue(all(count > 20 for count in parts.values()), parts)
+            self.assertGreater(parts['tick'], parts['contact'])
+            self.assertTrue(all(stage['instructions'] > 20 for stage in told['stages']), told['stages'])
+            for name, effect in effects.items():
+                if effect['ns'] is not None:
+                    self.assertTrue(10 < effect['instructions'] < 1e6, effect)
+            # The same every time: they are counted, not measured. (Contact far from a surface and near it is not: so many ticks, the same ones.)
+            again = json.loads(self.simulate('--format', 'json', '--explain', '--seconds', 1, '--device', 'sim:omega-3', '--quiet').stdout)
+            for name in ('gravity', 'viscosity', 'slew', 'workspace'):
+                other = next(effect for effect in again['effects'] if effect['effect'] == name)['instructions']
+                self.assertAlmostEqual(effects[name]['instructions'] / other, 1, delta=0.005, msg=name)
         text = self.simulate('--explain', '--seconds', 0.2).stdout
         order = re.findall(r'^  (\S+) .* reads ', text, re.M)
         self.assertEqual(order[:6], ['contact', 'start-inside', 'torque', 'coupling', 'clamp', 'soft-start'])

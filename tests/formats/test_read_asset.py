@@ -49,6 +49,8 @@ def check_points():
     points = list(read_asset.open_asset(golden("two_clusters.pointshell")).points())
     assert [p[0] for p in points] == [n / 16 for n in range(70)]
     assert all(p[6] == 0.25 for p in points)
+    bare = read_asset.open_asset(golden("no_area.pointshell"))
+    assert list(bare.points()) == [p[:6] for p in points] and not bare.has_areas and bare.area == 17.5
 
 
 def check_command():

@@ -127,7 +127,7 @@ Bytes one_point()
 }
 
 /// Two clusters with spheres that the points just touch, padding, a normal off the axes.
-Bytes two_clusters()
+PointshellFile two_runs()
 {
     PointshellFile file;
     file.meta = meta;
@@ -151,6 +151,18 @@ Bytes two_clusters()
     shell.center = {34.5 / 16, 0, 0};
     shell.radius = 34.5 / 16;
     shell.surface_cells = 70;
+    return file;
+}
+
+Bytes two_clusters()
+{
+    return pointshell_bytes(two_runs());
+}
+
+Bytes no_area()
+{
+    PointshellFile file = two_runs();
+    file.areas = false;
     return pointshell_bytes(file);
 }
 
@@ -261,15 +273,11 @@ Bytes moved()
 const struct {
     const char *name;
     Bytes (*make)();
-} goldens[] = {{"one_cell.voxmap", one_cell},
-               {"uniform.voxmap", uniform},
-               {"clearance.voxmap", clearance},
-               {"channels.voxmap", channels},
-               {"one_point.pointshell", one_point},
-               {"two_clusters.pointshell", two_clusters},
-               {"bare.plan", bare},
-               {"pressed.plan", pressed},
-               {"moved.plan", moved}};
+} goldens[] = {{"one_cell.voxmap", one_cell},       {"uniform.voxmap", uniform},
+               {"clearance.voxmap", clearance},     {"channels.voxmap", channels},
+               {"one_point.pointshell", one_point}, {"two_clusters.pointshell", two_clusters},
+               {"no_area.pointshell", no_area},     {"bare.plan", bare},
+               {"pressed.plan", pressed},           {"moved.plan", moved}};
 
 Bytes file_bytes(const std::filesystem::path &path)
 {

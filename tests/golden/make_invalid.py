@@ -208,7 +208,7 @@ def second_brick(state_byte):
 
 
 MAP, UNIFORM, CHANNELS, CLEARANCE = "one_cell.voxmap", "uniform.voxmap", "channels.voxmap", "clearance.voxmap"
-POINT, SHELL = "one_point.pointshell", "two_clusters.pointshell"
+POINT, SHELL, NO_AREA = "one_point.pointshell", "two_clusters.pointshell", "no_area.pointshell"
 BARE, PRESSED, MOVED = "bare.plan", "pressed.plan", "moved.plan"
 HUGE = 2**64 - 64
 
@@ -221,6 +221,8 @@ CASES = [
     ("C103", POINT, header(major=0)),
     ("C104", MAP, header(header_crc=0)),
     ("C105", MAP, header(required=0x80000000)),
+    ("C105", MAP, header(required=1)),
+    ("C105", NO_AREA, header(required=3)),
     ("C106", MAP, whole(lambda b: b[:-64])),
     ("C106", POINT, whole(lambda b: b + bytes(64))),
     ("C106", SHELL, whole(lambda b: b[:-1])),
@@ -358,9 +360,14 @@ CASES = [
     ("S101", POINT, swap(1, 2)),
     ("S101", POINT, drop("CLUS")),
     ("S101", SHELL, insert(7, "XTRA")),
+    ("S101", SHELL, header(required=1)),
+    ("S101", NO_AREA, header(required=0)),
+    ("S101", NO_AREA, insert(7, "AREA")),
     ("S102", POINT, restride("SHEL", 56)),
     ("S102", POINT, restride("AREA", 8)),
     ("S102", SHELL, restride("CLUS", 64)),
+    ("S102", NO_AREA, restride("CLUS", 64)),
+    ("S103", NO_AREA, insert(8, "AREA")),
     ("S201", POINT, shel("voxel", NAN)),
     ("S201", POINT, shel("voxel", 1e4)),
     ("S202", POINT, shel("kind", 0)),
@@ -372,7 +379,9 @@ CASES = [
     ("S205", POINT, shel("clusters", 2)),
     ("S206", POINT, resize("NRMY", 128)),
     ("S206", SHELL, resize("CLUS", 96)),
+    ("S206", NO_AREA, resize("NRMZ", 128)),
     ("S207", POINT, shel("area", NAN)),
+    ("S207", NO_AREA, shel("area", -1.0)),
     ("S207", POINT, shel("gap", -1.0)),
     ("S207", POINT, shel("error", INF)),
     ("S207", POINT, shel("center", NAN, 1)),
@@ -393,6 +402,7 @@ CASES = [
     ("S304", SHELL, shel("area", 0.0)),
     ("S305", POINT, value("POSX", "f", 15, 0.0)),
     ("S305", POINT, value("NRMX", "f", 1, -0.0)),
+    ("S305", NO_AREA, value("NRMZ", "f", 70, 1.0)),
     ("S305", SHELL, value("AREA", "f", 79, 0.25)),
     ("S305", SHELL, value("AREA", "f", 70, -0.0)),
     ("S401", SHELL, cluster(1, "first", 63)),

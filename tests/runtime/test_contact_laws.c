@@ -138,6 +138,53 @@ static void check_refusals(void)
     built_free(&bytes);
 }
 
+/* A shell without areas: weighed by count as any, refused where areas weigh. */
+static void check_no_area(void)
+{
+    const built_ball ball = {h, {0, 0, 0}, 0.01};
+    built_asset map_bytes = build_ball_map(&ball, BUILT_PLAIN), bytes = build_ball_shell(h, 0.01, 500);
+    vxs_voxmap map = open_voxmap(&map_bytes);
+    vxs_pointshell shell = open_pointshell(&bytes), bare = shell;
+    bare.area = NULL;
+    vxs_contact *with = contact_of(&shell), *without;
+    const size_t own = vxs_contact_memory(&bare, 1);
+    void *own_memory = aligned_alloc(64, (own + 63) / 64 * 64);
+    CHECK(own_memory);
+    CHECK_INT(vxs_contact_init(own_memory, own, &bare, 1, &without), VXS_OK);
+    const vxs_contact_static statics = {&map, NULL};
+    const vxs_pose pose = {{0.019, 0, 0}, {1, 0, 0, 0}};
+    for (uint32_t weighting = VXS_CONTACT_COUNT; weighting <= VXS_CONTACT_AREA; weighting++) {
+        vxs_contact_config config = config_of(VXS_CONTACT_PATCH, VXS_CONTACT_SURFACE, 1);
+        config.weighting = weighting;
+        vxs_contact_result r, expected;
+        vxs_contact_evaluate(with, &statics, 1, &pose, &config, &expected);
+        vxs_contact_evaluate(without, &statics, 1, &pose, &config, &r);
+        CHECK(expected.points > 0 && !(expected.flags & VXS_CONTACT_INVALID));
+        if (weighting == VXS_CONTACT_AREA) {
+            CHECK_INT(r.flags, VXS_CONTACT_INVALID);
+            CHECK(r.points == 0 && r.wrench.force[0] == 0);
+        } else {
+            CHECK(memcmp(&r, &expected, sizeof r) == 0);
+        }
+        vxs_servo_config servo;
+        vxs_servo_config_default(&servo);
+        servo.statics = &statics;
+        servo.static_count = 1;
+        servo.shell = &bare;
+        servo.contact = config;
+        CHECK_INT(vxs_servo_config_check(&servo), weighting == VXS_CONTACT_AREA ? VXS_NO_AREA : VXS_OK);
+    }
+    const size_t size = vxs_contact_levels_memory(&bare);
+    void *room = aligned_alloc(64, (size + 63) / 64 * 64);
+    CHECK(room);
+    CHECK_INT(vxs_contact_add_levels(without, room, size), VXS_NO_AREA);
+    CHECK(vxs_contact_point_cost(without) > 0);
+    free(room);
+    free(own_memory);
+    built_free(&map_bytes);
+    built_free(&bytes);
+}
+
 /* A plate of which every point sinks into a wall, deeper and deeper: the force is k A d, along the wall's
  * normal. */
 static void check_depth(const double direction[3])
@@ -289,6 +336,7 @@ static void check_plates(const char *name, const walls *w, const double centers[
 int main(void)
 {
     check_refusals();
+    check_no_area();
     if (check_length(1, 0)) {
         check_depth((const double[3]){0, 1, 0});
         check_depth((const double[3]){0.3, 1, -0.2});

@@ -172,11 +172,20 @@ Comparison compare(const PointshellFile &a, const PointshellFile &b, double tole
         differ("points", format_count(a.shell.points.size()), format_count(b.shell.points.size()));
         differ("clusters", format_count(a.shell.clusters.size()), format_count(b.shell.clusters.size()));
     }
+    differ("areas of points", a.areas ? "stored" : "none", b.areas ? "stored" : "none");
     if (a.source_hash != b.source_hash) out.notes.push_back("made from different sources");
     if (a.meta != b.meta)
         out.notes.push_back("made with different options or version: " + a.meta + " / " + b.meta);
     out.compared = a.shell.voxel == b.shell.voxel;
-    if (out.compared) PointComparison(a, b, tolerance, out).run();
+    if (!out.compared) return out;
+    if (a.areas == b.areas) {
+        PointComparison(a, b, tolerance, out).run();
+        return out;
+    }
+    PointshellFile left = a, right = b; // what one has not got is not compared
+    for (PointshellFile *file : {&left, &right})
+        for (ShellPoint &point : file->shell.points) point.area = 0;
+    PointComparison(left, right, tolerance, out).run();
     return out;
 }
 

@@ -57,8 +57,7 @@ std::string reader(const SceneFile &scene, std::uint32_t id)
     case VXS_POINTSHELL_SECTION_NRMZ:
         return "contact: where points push";
     case VXS_POINTSHELL_SECTION_AREA:
-        return scene.weighting == Weighting::area ? "weighting area"
-                                                  : "nothing in this scene: the format has it always (S101)";
+        return "weighting area";
     case VXS_POINTSHELL_SECTION_CLUS:
         return "contact: which points need no look";
     case VXS_PLAN_SECTION_PLAN:
@@ -94,6 +93,8 @@ void explain_asset(const SceneFile &scene, const std::string &name, std::span<co
                    reader(scene, entry.id));
         named += entry.size;
     }
+    if (header.required_features & VXS_POINTSHELL_FEATURE_NO_AREA && name.ends_with(".pointshell"))
+        fmt::print("  {:<24} AREA {:>12} bytes  left out: no weighting area\n", "", 0);
     fmt::print("  {:<24}      {:>12} bytes  header, table, padding to 64\n", "",
                format_count(bytes.size() - named));
 }

@@ -46,9 +46,9 @@ Write write_cells(const std::shared_ptr<const VoxmapFile> &file, const std::stri
 
 Write write_points(const std::shared_ptr<const PointshellFile> &file, const std::string &ending)
 {
-    if (ending == ".glb") return whole(points_glb(file->shell));
-    if (ending == ".ply") return [file](const Outputs::Sink &sink) { points_ply(file->shell, sink); };
-    return [file](const Outputs::Sink &sink) { points_csv(file->shell, sink); };
+    if (ending == ".glb") return whole(points_glb(*file));
+    if (ending == ".ply") return [file](const Outputs::Sink &sink) { points_ply(*file, sink); };
+    return [file](const Outputs::Sink &sink) { points_csv(*file, sink); };
 }
 
 std::vector<std::string> endings(AssetKind kind)

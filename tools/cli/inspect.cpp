@@ -141,6 +141,7 @@ Told inspect_shell(const fs::path &path)
     told.as_json["kind_of_shell"] = kind;
     told.as_json["points"] = shell.points.size();
     told.as_json["area_m2"] = shell.area;
+    told.as_json["areas"] = file.areas;
     told.as_json["gap_max_m"] = shell.gap_max;
     told.as_json["surface_error_max_m"] = shell.surface_error;
     told.as_json["clusters"] = shell.clusters.size();
@@ -156,15 +157,17 @@ Told inspect_shell(const fs::path &path)
     }
     told.first = first_line(path, told.as_json, size,
                             fmt::format("{} {} points", format_count(shell.points.size()), kind));
-    told.rows = {{"unit", "metres, +Y up"},
-                 {"box", fmt::format("({:.9g}, {:.9g}, {:.9g}) to ({:.9g}, {:.9g}, {:.9g}) m", low[0], low[1],
-                                     low[2], high[0], high[1], high[2])},
-                 {"cells", format_count(shell.surface_cells) + " with at least one point"},
-                 {"area", fmt::format("{:.9g} m2", shell.area)},
-                 {"gap", fmt::format("{} at most, {:.3f} voxels", format_length(shell.gap_max),
-                                     shell.gap_max / shell.voxel)},
-                 {"error", format_length(shell.surface_error) + " off the surface at most"},
-                 {"clusters", format_count(shell.clusters.size())}};
+    told.rows = {
+        {"unit", "metres, +Y up"},
+        {"box", fmt::format("({:.9g}, {:.9g}, {:.9g}) to ({:.9g}, {:.9g}, {:.9g}) m", low[0], low[1], low[2],
+                            high[0], high[1], high[2])},
+        {"cells", format_count(shell.surface_cells) + " with at least one point"},
+        {"area", fmt::format("{:.9g} m2{}", shell.area,
+                             file.areas ? "" : ", which share is whose is not stored: no weighting area")},
+        {"gap",
+         fmt::format("{} at most, {:.3f} voxels", format_length(shell.gap_max), shell.gap_max / shell.voxel)},
+        {"error", format_length(shell.surface_error) + " off the surface at most"},
+        {"clusters", format_count(shell.clusters.size())}};
     tell_hashes(told, file.meta);
     return told;
 }

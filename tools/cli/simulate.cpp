@@ -9,6 +9,7 @@
 #include "plan/scene_contact.hpp"
 #include "plan/scene_plan.hpp"
 #include "study/servo_run.hpp"
+#include "study/stage_costs.hpp"
 
 #include "voxshell/servo.h"
 
@@ -16,6 +17,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -134,49 +136,74 @@ json summary(const PlannedServo &planned, const std::string &name, const ServoRu
     return out;
 }
 
-/// The stages that are always there, measured alone, then all stages in their order.
-void explain(const PlannedServo &planned, const RunOptions &options, Progress &progress, json &out,
-             bool as_json)
+json number(const std::optional<double> &value)
 {
-    const std::vector<Stage> stages = explain_servo(planned, options, progress);
-    const std::vector<EffectCost> effects = effect_costs(planned, options, progress);
-    for (const Stage &stage : stages) {
-        json entry = durations_json(stage.ns);
-        entry["stage"] = stage.name;
-        entry["what"] = stage.what;
+    return value ? json(*value) : json(nullptr);
+}
+
+json explained(const TickCosts &costs)
+{
+    json out = {{"explain", json::array()}, {"stages", json::array()}, {"effects", json::array()}};
+    for (const LoopPart &part : costs.parts) {
+        json entry = durations_json(part.ns);
+        entry["stage"] = part.name;
+        entry["what"] = part.what;
+        entry["instructions"] = number(part.instructions);
         out["explain"].push_back(entry);
     }
-    out["effects"] = json::array();
-    for (const EffectCost &effect : effects) {
-        out["effects"].push_back({{"effect", effect.name},
-                                  {"in", effect.is_in},
-                                  {"reads", effect.reads},
-                                  {"ns", effect.ns ? json(*effect.ns) : json(nullptr)},
-                                  {"why_not", effect.why_not}});
+    for (const StageCost &stage : costs.stages) {
+        json entry = {{stage.is_effect ? "effect" : "stage", stage.name},
+                      {"reads", stage.reads},
+                      {"ns", number(stage.ns)},
+                      {"instructions", number(stage.instructions)}};
+        if (stage.is_effect) {
+            entry["in"] = stage.is_in;
+            entry["why_not"] = stage.why_not;
+        }
+        out[stage.is_effect ? "effects" : "stages"].push_back(entry);
     }
-    if (as_json) return;
-    fmt::print("in each tick, {:.0f} us apart, each stage measured alone:\n", 1e6 / planned.rate);
-    for (const Stage &stage : stages) {
-        fmt::print("  {:<9} {:>8.2f} us (p99 {:.2f})  {}\n", stage.name, stage.ns.p50 / 1e3,
-                   stage.ns.p99 / 1e3, stage.what);
+    out["counted_ticks"] = costs.counted_ticks;
+    out["not_counted"] = costs.not_counted;
+    return out;
+}
+
+/// "+12 345", or a dash where nothing was counted.
+std::string signed_count(const std::optional<double> &value, bool plus)
+{
+    if (!value) return "-";
+    const double whole = std::round(*value) + 0.0;
+    return (whole < 0 ? "-" : plus ? "+" : "") + format_count(static_cast<std::uint64_t>(std::abs(whole)));
+}
+
+void tell(const TickCosts &costs, double rate)
+{
+    fmt::print("in each tick, {:.0f} us apart, each part measured alone:\n", 1e6 / rate);
+    for (const LoopPart &part : costs.parts) {
+        fmt::print("  {:<9} {:>8.2f} us (p99 {:.2f}) {:>9} instructions  {}\n", part.name, part.ns.p50 / 1e3,
+                   part.ns.p99 / 1e3, signed_count(part.instructions, false), part.what);
     }
-    const auto found = [&](const std::string &name) {
-        return std::ranges::find(effects, name, &EffectCost::name);
+    const std::string how =
+        costs.not_counted.empty()
+            ? fmt::format("a mean of {} ticks, stepped through one by one", costs.counted_ticks)
+            : "not counted here: " + costs.not_counted;
+    fmt::print("  (instructions: {})\n", how);
+    const auto line = [](const StageCost &stage) {
+        fmt::print("  {:<16} {} ns {:>8} instructions  reads {}\n", stage.name,
+                   stage.is_effect ? fmt::format("{:>+7.0f}", *stage.ns)
+                                   : fmt::format("{:>7.0f}", std::max(*stage.ns, 0.0)),
+                   signed_count(stage.instructions, stage.is_effect), stage.reads);
     };
-    fmt::print("its stages in order, an effect's cost by a tick with it less one without:\n");
-    const char *reads = nullptr;
-    std::uint32_t kind = 0;
-    for (std::uint32_t n = 0; const char *name = vxs_servo_stage_at(n, &kind, &reads); ++n) {
-        if (!kind) fmt::print("  {:<16} always     reads {}\n", name, reads);
-        if (kind && found(name)->is_in)
-            fmt::print("  {:<16} {:>+7.0f} ns reads {}\n", name, found(name)->ns.value_or(0), reads);
-    }
+    fmt::print("its stages in order, an effect's cost by a tick with it less one without; clamp: what the "
+               "others leave:\n");
+    for (const StageCost &stage : costs.stages)
+        if (stage.is_in) line(stage);
     fmt::print("left out, and what each would cost as by default:\n");
-    for (const EffectCost &effect : effects) {
-        if (effect.is_in) continue;
-        fmt::print("  {:<16} {} reads {}\n", effect.name,
-                   effect.ns ? fmt::format("{:>+7.0f} ns", *effect.ns) : "   not here", effect.reads);
-        if (!effect.ns) fmt::print("  {:<16} ({})\n", "", effect.why_not);
+    for (const StageCost &stage : costs.stages) {
+        if (stage.is_in) continue;
+        if (stage.ns)
+            line(stage);
+        else
+            fmt::print("  {:<16}    not here: {}; reads {}\n", stage.name, stage.why_not, stage.reads);
     }
 }
 
@@ -252,7 +279,9 @@ ExitCode simulate(const SimulateOptions &o)
         tell(planned, given.name, run);
     }
     if (o.explain) {
-        explain(planned, options, *progress, out, o.json);
+        const TickCosts costs = tick_costs(planned, options.seconds, *progress);
+        out.update(explained(costs));
+        if (!o.json) tell(costs, planned.rate);
     }
     if (o.json) {
         fmt::print("{}", json_text(out));
@@ -291,7 +320,9 @@ VerbAction add_simulate(CLI::App &verb)
         ->type_name("FILE.svg|.png")
         ->expected(1)
         ->take_all();
-    verb.add_flag("--explain", o->explain, "what runs in a tick, and what each stage costs");
+    verb.add_flag(
+        "--explain", o->explain,
+        "what runs in a tick, and what each stage and each effect left out costs in time and instructions");
     add_shared(
         verb, *o,
         {Shared::jobs, Shared::max_memory, Shared::force, Shared::format, Shared::progress, Shared::quiet});

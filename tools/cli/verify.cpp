@@ -189,7 +189,9 @@ class Verify {
         if (kind == AssetKind::pointshell) {
             const PointshellFile file = read_pointshell(path);
             same_source = file.source_hash == reference_->points_hash;
-            return verify_points(file.shell, reference_->points, made_with(file.meta), *progress_);
+            MadeWith made = made_with(file.meta);
+            made.areas = file.areas;
+            return verify_points(file.shell, reference_->points, made, *progress_);
         }
         const VoxmapFile file = read_cells(path, kind);
         same_source = file.source_hash == reference_->cells_hash;

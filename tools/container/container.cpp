@@ -110,7 +110,7 @@ void hash_section(Sha256Stream &hash, std::uint32_t id, std::uint32_t stride,
 
 std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t major, std::uint16_t minor,
                                           const Sha256 &source_hash, std::vector<Section> sections,
-                                          Progress *progress)
+                                          Progress *progress, std::uint32_t required)
 {
     if (magic.size() != VXS_CONTAINER_MAGIC_SIZE || sections.empty() ||
         sections.size() > VXS_CONTAINER_MAX_SECTIONS)
@@ -138,6 +138,7 @@ std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t 
 
     std::memcpy(header.magic, magic.data(), magic.size());
     header.version_major = major;
+    header.required_features = required;
     header.version_minor = minor;
     header.header_size = sizeof header;
     header.file_size = round64(end);

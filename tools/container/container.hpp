@@ -56,9 +56,10 @@ Section make_section(std::uint32_t id, std::uint32_t stride, std::span<const T> 
 
 /// The whole file: header, table, sections in the given order at 64-byte alignment, zero padding, checksums,
 /// content hash. `magic` is the 8 bytes of the kind; META is the last section. Deterministic. Lets go of each
-/// section once it is in the file. `progress`, if given, is asked whether to go on.
+/// section once it is in the file. `progress`, if given, is asked whether to go on. `required`: bits of
+/// required_features.
 std::vector<std::uint8_t> container_bytes(std::string_view magic, std::uint16_t major, std::uint16_t minor,
                                           const Sha256 &source_hash, std::vector<Section> sections,
-                                          Progress *progress = nullptr);
+                                          Progress *progress = nullptr, std::uint32_t required = 0);
 
 } // namespace voxshell

@@ -234,7 +234,8 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     }
 
     progress.stage("write", 3);
-    part.pointshell = pointshell_bytes({std::move(shell), scene.source_hash, meta(options, true)}, &progress);
+    part.pointshell = pointshell_bytes(
+        {std::move(shell), scene.source_hash, meta(options, true), options.areas}, &progress);
     shell = {};
     progress.advance(1);
     progress.check();

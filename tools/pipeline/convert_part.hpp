@@ -26,6 +26,7 @@ struct PartOptions {
     double thin_shell =
         0; ///< normals within this angle share a point (pointshell/thin.hpp) [degrees]; 0: none does
     ChannelRequest channels; ///< of the map; none
+    bool areas = true;       ///< of the points: what weighting area reads
     ImportOptions import;    ///< how the scene was read; the files record it
     double close_gap = 0;    ///< holes narrower than this do not let the outside in [m]; 0: every hole does
     bool strict = false;  ///< an open, leaking or wrongly wound mesh is a Failure(requirement), not a warning

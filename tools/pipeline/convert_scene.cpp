@@ -171,6 +171,7 @@ SceneParts convert_scene(const SceneFile &scene, const SceneGeometry &geometry, 
     }
     if (scene.field == ContactField::layers && channels.layers == 0) channels.layers = reach;
     PartOptions moving = with_voxel;
+    moving.areas = scene.weighting == Weighting::area;
     moving.stands = false;
     moving.channels = {}; // its map is not written, nor is the shell of what stands
     with_voxel.shell_spacing = with_voxel.thin_shell = 0;

@@ -362,7 +362,7 @@ std::vector<Measure> verify_points(const Shell &shell, const Mesh &mesh, const M
         measure({"normals: length less 1", "1", 0, 1e-6, 0, 0, {}, true}, count, progress, unit, place));
     out.push_back(inwards(shell, mesh, mesh_report.closed, progress));
 
-    double area = 0;
+    double area = made.areas ? 0 : shell.area;
     for (const ShellPoint &point : shell.points) area += double{point.area};
     Measure total{"area of all points less that of the mesh",
                   "m^2",

@@ -31,6 +31,7 @@ struct Measure {
 struct MadeWith {
     double weld = 0;      ///< corners were moved by up to this [m]
     bool thinned = false; ///< one point may stand for a block of 2 x 2 x 2 cells
+    bool areas = true;    ///< of points, and not only of the shell
 };
 
 /// `mesh`: the part as imported and flattened.

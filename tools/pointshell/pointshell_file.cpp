@@ -92,12 +92,13 @@ std::vector<std::uint8_t> pointshell_bytes(const PointshellFile &file, Progress 
     };
     for (std::size_t a = 0; a < 3; ++a) add(position[a], [a](const ShellPoint &p) { return p.position[a]; });
     for (std::size_t a = 0; a < 3; ++a) add(normal[a], [a](const ShellPoint &p) { return p.normal[a]; });
-    sections.push_back(area_column(points));
+    if (file.areas) sections.push_back(area_column(points));
     sections.push_back(make_section(VXS_POINTSHELL_SECTION_CLUS, sizeof(vxs_pointshell_cluster),
                                     std::span<const vxs_pointshell_cluster>(clusters)));
     sections.push_back(make_section(VXS_SECTION_META, 1, std::span<const char>(file.meta)));
     return container_bytes(VXS_POINTSHELL_MAGIC, VXS_POINTSHELL_VERSION_MAJOR, VXS_POINTSHELL_VERSION_MINOR,
-                           file.source_hash, std::move(sections), progress);
+                           file.source_hash, std::move(sections), progress,
+                           file.areas ? 0 : VXS_POINTSHELL_FEATURE_NO_AREA);
 }
 
 PointshellFile read_pointshell(const std::filesystem::path &path)
@@ -115,7 +116,7 @@ PointshellFile read_pointshell(const std::filesystem::path &path)
     for (std::size_t p = 0; p < shell.points.size(); ++p) {
         shell.points[p] = {.position = {view.x[p], view.y[p], view.z[p]},
                            .normal = {view.nx[p], view.ny[p], view.nz[p]},
-                           .area = view.area[p],
+                           .area = view.area ? view.area[p] : 0,
                            .brick = 0,
                            .cell = 0};
     }
@@ -129,6 +130,7 @@ PointshellFile read_pointshell(const std::filesystem::path &path)
     const vxs_container_section &shel = file.sections().front();
     shell.surface_cells =
         reinterpret_cast<const vxs_pointshell_info *>(file.bytes_of(shel).data())->surface_cells;
+    out.areas = view.area != nullptr;
     out.source_hash = file.source_hash();
     out.meta = file.meta();
     return out;

@@ -14,6 +14,7 @@ struct PointshellFile {
     Shell shell; ///< ShellPoint::brick and ::cell are not stored: 0 after reading
     Sha256 source_hash{};
     std::string meta = "{}"; ///< the META section's JSON text
+    bool areas = true;       ///< the points' areas are stored; without, ShellPoint::area is 0 after reading
 };
 
 /// `progress`, if given, is asked whether to go on.

@@ -21,11 +21,6 @@ struct RunOptions {
     bool keep_rows = false; ///< fill ServoRun::rows
 };
 
-struct Stage {
-    std::string name, what;
-    Durations ns;
-};
-
 struct ServoRun {
     std::uint64_t ticks = 0;
     double collision_peak = 0, output_peak = 0; ///< |force| [N]
@@ -54,23 +49,6 @@ struct ServoRun {
 /// Runs the loop: options.seconds at the plan's rate, the device armed at the start of the hand's path.
 /// Throws Failure: usage (no such device; seconds), interrupted.
 ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress);
-
-/// What runs in a tick, in order, each stage measured alone along the same hand's path.
-std::vector<Stage> explain_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress);
-
-/// One stage of the tick that an effect puts there, or would.
-struct EffectCost {
-    std::string name, reads;
-    bool is_in = false;
-    std::optional<double> ns; ///< a tick with it less one without [ns]; nothing: this scene cannot have it
-    std::string why_not;
-};
-
-/// What each effect costs in this plan, in order of execution: the states of a run (its last 5000 ticks at
-/// most) go through two servos in turn, with the effect and without it, and the least of several passes
-/// counts for each. What is not in the plan is as by default.
-std::vector<EffectCost> effect_costs(const PlannedServo &planned, const RunOptions &options,
-                                     Progress &progress);
 
 /// Name of flag bit n ("deep", "saturated"), empty for none such.
 std::string flag_name(unsigned bit);

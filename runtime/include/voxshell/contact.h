@@ -227,7 +227,8 @@ VXS_API int vxs_contact_has_field(const vxs_voxmap *map, uint32_t field);
 VXS_API size_t vxs_contact_levels_memory(const vxs_pointshell *shell);
 
 /* Makes the shell's levels of detail in the caller's memory, which must stay as long as the contact. They are
- * used with config.most_points only. Returns VXS_OK; VXS_PARAM; VXS_BUFFER. Thread: the contact's, set-up. */
+ * used with config.most_points only. Returns VXS_OK; VXS_PARAM; VXS_BUFFER; VXS_NO_AREA. Thread: the
+ * contact's, set-up. */
 VXS_API vxs_result vxs_contact_add_levels(vxs_contact *contact, void *memory, size_t size);
 
 /* What a point costs at most on this machine with the contact's kernel [s], law average: all of the shell in

@@ -24,7 +24,7 @@ typedef struct vxs_pointshell {
     uint32_t cluster_count;    /* of at most VXS_POINTSHELL_CLUSTER_POINTS points each */
     const float *x, *y, *z;    /* [m] */
     const float *nx, *ny, *nz; /* unit, into the object */
-    const float *area;         /* [m^2], >= 0 */
+    const float *area;         /* [m^2], >= 0; NULL in a shell that was made without (NO_AREA) */
     const vxs_pointshell_cluster *clusters;
     double center[3], radius; /* sphere that holds all points [m] */
     double total_area;        /* [m^2] */

@@ -56,6 +56,7 @@ extern "C" {
     X(TWO_BODIES, -72, "servo: inertia makes the object a body, and so does the coupling: take none or pt2") \
     X(TOO_STIFF, -73,                                                                                        \
       "servo: an effect is stiffer, or damps more, than the object's inertia bears at this sample time")     \
+    X(NO_AREA, -74, "contact: the shell has no areas, by which to weigh points or levels of detail")         \
     X(NO_THREAD, -80, "the servo thread could not be started")
 
 typedef enum vxs_result {

@@ -24,6 +24,9 @@ enum {
     VXS_POINTSHELL_MAX_POINTS = 1 << 28 /* S203 */
 };
 
+/* required_features: no section AREA (S101, S103). */
+enum { VXS_POINTSHELL_FEATURE_NO_AREA = 1 };
+
 /* Largest |coordinate| of a point or a centre [m] (S207, S301, S402). */
 #define VXS_POINTSHELL_MAX_COORDINATE 1e15
 

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What runs in a tick, and what each stage of it costs: in time, and in instructions.
+#pragma once
+
+#include "cli/progress.hpp"
+#include "study/durations.hpp"
+#include "study/planned_servo.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace voxshell {
+
+/// A part of the loop, measured alone along the hand's path.
+struct LoopPart {
+    std::string name, what;
+    Durations ns;
+    std::optional<double> instructions; ///< mean
+};
+
+/// A stage of the tick: of an effect (what a tick with it takes more than one without) or always there
+/// (measured alone; clamp: what the others leave of a tick).
+struct StageCost {
+    std::string name, reads;
+    bool is_effect = false, is_in = false;
+    std::optional<double> ns, instructions; ///< nothing: this scene cannot have it, or not counted
+    std::string why_not;                    ///< it is not here
+};
+
+struct TickCosts {
+    std::vector<LoopPart> parts;     ///< exchange, contact, coupling, tick
+    std::vector<StageCost> stages;   ///< in order of execution, also those that the plan does not ask for
+    std::uint32_t counted_ticks = 0; ///< over which instructions are a mean
+    std::string not_counted;         ///< why instructions are missing; empty: they are there
+};
+
+/// The states of a run of so many seconds (its last 5000 ticks at most) go through servos with and without
+/// each effect; what is not in the plan is as by default. Times: the least of several passes in turn.
+/// Instructions: of some of these ticks, spread evenly, stepped through one by one (study/instructions.hpp).
+TickCosts tick_costs(const PlannedServo &planned, double seconds, Progress &progress);
+
+} // namespace voxshell
