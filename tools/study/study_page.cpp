@@ -68,7 +68,7 @@ std::string measured(const StudyClaim &claim)
     return out;
 }
 
-std::string claims(const Study &study)
+std::string fails(const Study &study)
 {
     std::string out = "<h2 id=\"fails\">What does not hold</h2>\n<ul>\n";
     for (const Verdict verdict : {Verdict::fails, Verdict::partly}) {
@@ -79,9 +79,25 @@ std::string claims(const Study &study)
                             claim.id, page_text(claim.claim), verdict_text(verdict), measured(claim));
         }
     }
-    out += "</ul>\n<h2 id=\"claims\">Claim by claim</h2>\n<div class=\"wide\"><table "
-           "class=\"sortable claims\"><thead><tr><th>claim</th><th>verdict</th><th>what we "
-           "measure</th><th>why</th></tr></thead>\n<tbody>\n";
+    return out + "</ul>\n";
+}
+
+std::string answers(const Study &study)
+{
+    std::string out;
+    for (const StudyClaim &answer : study.answers) {
+        out += fmt::format("<h2 id=\"answer-{}\">{}</h2>\n<p>{}</p>\n", answer.id, page_text(answer.claim),
+                           measured(answer));
+        if (!answer.why.empty()) out += fmt::format("<p class=\"note\">{}</p>\n", page_text(answer.why));
+    }
+    return out;
+}
+
+std::string claims(const Study &study)
+{
+    std::string out = "<h2 id=\"claims\">Claim by claim</h2>\n<div class=\"wide\"><table "
+                      "class=\"sortable claims\"><thead><tr><th>claim</th><th>verdict</th><th>what we "
+                      "measure</th><th>why</th></tr></thead>\n<tbody>\n";
     for (const StudyClaim &claim : study.claims) {
         out += fmt::format(
             "<tr id=\"claim-{}\"><td>{}</td><td class=\"verdict\">{}</td><td>{}</td><td>{}</td></tr>\n",
@@ -95,8 +111,12 @@ std::string table_text(const StudyTable &table)
 {
     std::string out =
         fmt::format("<h3 id=\"table-{0}\">{1}</h3>\n<p class=\"note\">{2} All columns: "
-                    "<code>{0}.csv</code></p>\n<div class=\"wide\"><table class=\"sortable\"><thead><tr>",
-                    table.id, page_text(table.title), page_text(table.note));
+                    "<code>{4}.csv</code>{3}</p>\n<div class=\"wide\"><table class=\"sortable\"><thead><tr>",
+                    table.id, page_text(table.title), page_text(table.note),
+                    table.timing_csv().empty() || table.columns[0].timed
+                        ? ""
+                        : fmt::format("; times: <code>{}_timing.csv</code>", table.id),
+                    table.file_of(table.columns[0].name));
     for (const StudyColumn &column : table.columns) {
         if (!column.label.empty()) out += "<th>" + page_text(column.label) + "</th>";
     }
@@ -110,7 +130,8 @@ std::string table_text(const StudyTable &table)
                 out += "<td>" + page_text(*text) + "</td>";
             } else {
                 const double number = std::get<double>(value);
-                out += fmt::format("<td class=\"n\" {}>{}</td>", source(table.id, row, table.columns[n].name),
+                out += fmt::format("<td class=\"n\" {}>{}</td>",
+                                   source(table.file_of(table.columns[n].name), row, table.columns[n].name),
                                    std::isfinite(number) ? fmt::format("{:.3g}", number) : "");
             }
         }
@@ -169,7 +190,7 @@ std::string study_page(const Study &study, const std::vector<std::string> &svg)
         out += fmt::format(" | <a href=\"#figure-{}\">{}</a>", figure.id,
                            page_text(figure.title.substr(0, figure.title.find(':'))));
     }
-    out += "</nav>\n" + claims(study);
+    out += "</nav>\n" + fails(study) + answers(study) + claims(study);
     for (std::size_t n = 0; n < study.figures.size(); ++n) {
         const StudyFigure &figure = study.figures[n];
         out += fmt::format("<h2 id=\"figure-{0}\">{1}</h2>\n<figure><img alt=\"{1}\" "

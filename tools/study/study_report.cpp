@@ -38,11 +38,25 @@ json as_json(const Value &value)
     return std::isfinite(number) ? json(number) : json(nullptr);
 }
 
+json as_json(const std::vector<StudyNumber> &numbers)
+{
+    json out = json::array();
+    for (const StudyNumber &n : numbers) {
+        out.push_back({{"value", as_json(Value(n.value))},
+                       {"csv", n.table + ".csv"},
+                       {"row", n.row + 1},
+                       {"column", n.column}});
+    }
+    return out;
+}
+
 json as_json(const StudyTable &table)
 {
     json columns = json::array(), rows = json::array();
-    for (const StudyColumn &column : table.columns)
+    for (const StudyColumn &column : table.columns) {
         columns.push_back({{"name", column.name}, {"label", column.label}});
+        if (column.timed) columns.back()["csv"] = table.file_of(column.name) + ".csv";
+    }
     for (const auto &row : table.rows) {
         json line = json::array();
         for (const Value &value : row) line.push_back(as_json(value));
@@ -50,30 +64,56 @@ json as_json(const StudyTable &table)
     }
     return {{"id", table.id},
             {"title", table.title},
-            {"csv", table.id + ".csv"},
+            {"csv", table.file_of(table.columns[0].name) + ".csv"},
             {"columns", columns},
             {"rows", rows}};
 }
 
 } // namespace
 
-std::string StudyTable::csv() const
+namespace {
+
+std::string csv_of(const StudyTable &table, bool timed)
 {
+    const auto is_in = [&](std::size_t n) { return table.columns[n].timed == timed || (timed && n == 0); };
     std::string text;
-    for (const StudyColumn &column : columns) text += (text.empty() ? "" : ",") + column.name;
+    for (std::size_t n = 0; n < table.columns.size(); ++n) {
+        if (is_in(n)) text += (text.empty() ? "" : ",") + table.columns[n].name;
+    }
     text += '\n';
-    for (const auto &row : rows) {
+    for (const auto &row : table.rows) {
+        std::string line;
         for (std::size_t n = 0; n < row.size(); ++n) {
-            if (n) text += ',';
+            if (!is_in(n)) continue;
+            if (n) line += ',';
             if (const auto *word = std::get_if<std::string>(&row[n])) {
-                text += quoted(*word);
+                line += quoted(*word);
             } else if (const double number = std::get<double>(row[n]); std::isfinite(number)) {
-                text += fmt::format("{}", number);
+                line += fmt::format("{}", number);
             }
         }
-        text += '\n';
+        text += line + '\n';
     }
     return text;
+}
+
+} // namespace
+
+std::string StudyTable::csv() const
+{
+    return csv_of(*this, false);
+}
+
+std::string StudyTable::timing_csv() const
+{
+    return std::any_of(columns.begin(), columns.end(), [](const StudyColumn &c) { return c.timed; })
+               ? csv_of(*this, true)
+               : std::string();
+}
+
+std::string StudyTable::file_of(const std::string &column) const
+{
+    return columns[column_of(*this, column)].timed ? id + "_timing" : id;
 }
 
 double StudyTable::number(std::size_t row, const std::string &column) const
@@ -103,7 +143,7 @@ const StudyTable &Study::table(const std::string &id) const
 StudyNumber study_number(const StudyTable &table, std::size_t row, const std::string &column,
                          const std::string &format)
 {
-    return {table.id, row, column, table.number(row, column), format};
+    return {table.file_of(column), row, column, table.number(row, column), format};
 }
 
 std::string verdict_text(Verdict verdict)
@@ -118,13 +158,7 @@ std::string study_json(const Study &study)
     json options = json::object(), claims = json::array(), figures = json::array(), tables = json::array();
     for (const auto &[name, value] : study.options) options[name] = value;
     for (const StudyClaim &claim : study.claims) {
-        json numbers = json::array();
-        for (const StudyNumber &n : claim.numbers) {
-            numbers.push_back({{"value", as_json(Value(n.value))},
-                               {"csv", n.table + ".csv"},
-                               {"row", n.row + 1},
-                               {"column", n.column}});
-        }
+        const json numbers = as_json(claim.numbers);
         claims.push_back({{"id", claim.id},
                           {"claim", claim.claim},
                           {"verdict", verdict_text(claim.verdict)},
@@ -138,11 +172,17 @@ std::string study_json(const Study &study)
                            {"csv", figure.id + ".csv"},
                            {"svg", figure.id + ".svg"},
                            {"png", figure.id + ".png"}});
+        if (figure.timed) figures.back()["timed"] = true;
     }
     for (const StudyTable &table : study.tables) tables.push_back(as_json(table));
-    const json out = {{"schema", "voxshell-study/1"}, {"version", tool_version()}, {"study", study.name},
-                      {"command", study.command},     {"options", options},        {"claims", claims},
-                      {"figures", figures},           {"tables", tables}};
+    json out = {{"schema", "voxshell-study/1"}, {"version", tool_version()}, {"study", study.name},
+                {"command", study.command},     {"options", options},        {"claims", claims},
+                {"figures", figures},           {"tables", tables}};
+    for (const StudyClaim &answer : study.answers)
+        out["answers"].push_back({{"id", answer.id},
+                                  {"question", answer.claim},
+                                  {"answer", answer.measured},
+                                  {"numbers", as_json(answer.numbers)}});
     return out.dump(1) + "\n";
 }
 
@@ -167,7 +207,11 @@ void write_study(const Study &study, const std::filesystem::path &folder, Output
         progress.advance(1);
     }
     for (const auto *tables : {&study.tables, &study.timings}) {
-        for (const StudyTable &table : *tables) outputs.add(folder / (table.id + ".csv"), table.csv());
+        for (const StudyTable &table : *tables) {
+            if (!table.columns[0].timed) outputs.add(folder / (table.id + ".csv"), table.csv());
+            if (const std::string timing = table.timing_csv(); !timing.empty())
+                outputs.add(folder / (table.id + "_timing.csv"), timing);
+        }
     }
     outputs.add(folder / "summary.json", study_json(study));
     outputs.add(folder / "index.html", study_page(study, svg));

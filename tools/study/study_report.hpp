@@ -15,8 +15,10 @@
 namespace voxshell {
 
 struct StudyColumn {
-    std::string name;  ///< of the CSV, with its unit: "across_peak_pct"
-    std::string label; ///< of the page: "tangential peak [%]"; empty: not shown there
+    std::string name;   ///< of the CSV, with its unit: "across_peak_pct"
+    std::string label;  ///< of the page: "tangential peak [%]"; empty: not shown there
+    bool timed = false; ///< not the same on every run: in ID_timing.csv, beside the first column; the first
+                        ///< one: all are
 };
 
 struct StudyTable {
@@ -25,7 +27,9 @@ struct StudyTable {
     std::vector<StudyColumn> columns;
     std::vector<std::vector<std::variant<std::string, double>>> rows; ///< NaN: nothing to tell
     std::string figure;                                               ///< under which it stands
-    std::string csv() const;
+    std::string csv() const;                                          ///< without timed columns
+    std::string timing_csv() const;                                   ///< empty without timed columns
+    std::string file_of(const std::string &column) const; ///< of the CSV that has it, without ".csv"
     double number(std::size_t row, const std::string &column) const; ///< throws Failure(bug) if there is none
     const std::string &word(std::size_t row, const std::string &column) const; ///< so as well
 };
@@ -37,11 +41,12 @@ struct StudyFigure {
     std::string csv;    ///< what is drawn
     std::string script; ///< of gnuplot, without sheet and command
     int width, height;
+    bool timed = false; ///< draws what is not the same on every run
 };
 
 /// A cell of a table, for a sentence.
 struct StudyNumber {
-    std::string table;
+    std::string table; ///< the CSV's name: StudyTable::file_of()
     std::size_t row;
     std::string column;
     double value;
@@ -64,6 +69,7 @@ struct Study {
     std::string command; ///< what makes it again
     std::vector<std::pair<std::string, std::string>> options;
     std::vector<StudyClaim> claims;
+    std::vector<StudyClaim> answers; ///< to the user's question: each one's `measured`, under its `claim`
     std::vector<StudyFigure> figures;
     std::vector<StudyTable> tables;
     std::vector<StudyTable> timings; ///< files of their own: not the same on every run
