@@ -69,10 +69,12 @@ StudyClaim culled(const AccuracyResult &result, const Study &study)
 StudyClaim rounded(const AccuracyResult &result, const Study &study)
 {
     const StudyTable &table = study.table("rounding");
-    Account a(study, "rounding", "Points in floats cost less than a thousandth of the force",
-              "A point in a float is a few nanometres off; what could show is a point that its float puts "
-              "into another "
-              "cell.");
+    Account a(
+        study, "rounding", "Points in floats cost less than a thousandth of the force",
+        "A point in a float is a few nanometres off. What shows is a point that its float puts into another "
+        "cell: where a face of what moves lies exactly in a plane between cells, rounding alone decides on "
+        "which "
+        "side, and with normals of their own such points count half a cell more or less.");
     double most = 0;
     for (std::size_t n = 0; n < result.rounding.size(); ++n) {
         most =

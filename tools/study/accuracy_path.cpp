@@ -19,8 +19,6 @@ constexpr double piece_edge =
     0.31; ///< [cells]: a triangle of a 24th of a cell's face, and a cell gives 1.5 points
 constexpr int most_halvings = 4;
 constexpr double settled = 0.001;
-constexpr double most_pieces = 6e6; ///< of all poses together
-constexpr unsigned least_poses = 12;
 
 /// Way of the hand at each of `steps` equal times, from 0 on.
 std::vector<double> ways_of(const AccuracyScene &scene, double radius)
@@ -137,9 +135,9 @@ double choose_poses(const AccuracyScene &scene, const FoundationSurface &surface
                           : "the hand's path touches nothing");
     }
     pieces /= static_cast<double>(usable.size());
-    const double dear = most_pieces / std::max(1.0, 64 * pieces); // three halvings from here
+    const double dear = options.most_pieces / std::max(1.0, 64 * pieces); // three halvings from here
     const unsigned count =
-        std::clamp(static_cast<unsigned>(std::min(dear, 1e6)), std::min(poses, least_poses), poses);
+        std::clamp(static_cast<unsigned>(std::min(dear, 1e6)), std::min(poses, options.least_poses), poses);
     unsigned part = 0;
     std::size_t last = usable.front();
     for (unsigned n = 0; n < count; ++n) {

@@ -25,8 +25,9 @@ struct AccuracyPath {
 };
 
 struct PathOptions {
-    unsigned poses;
+    unsigned poses, least_poses;
     unsigned probes;    ///< where along the whole way it is looked at first
+    double most_pieces; ///< of all poses together, about: fewer poses where it were more, least_poses though
     double coarser = 1; ///< pieces' edges before any halving, of what is said below
 };
 

@@ -13,7 +13,6 @@ namespace {
 constexpr double points_to_cell_faces = 1.5; ///< points a shell has for each h^2 of its surface, about
 constexpr double quick_points[] = {1e3, 2e3, 4e3, 8e3, 1.6e4, 3.2e4},
                  full_points[] = {1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6};
-constexpr double factors[] = {1, 2, 4, 8};
 
 struct Box {
     Point low, high;
@@ -131,11 +130,16 @@ std::vector<double> asked_points(bool quick)
                  : std::vector<double>(std::begin(full_points), std::end(full_points));
 }
 
+std::vector<double> asked_factors(bool quick)
+{
+    return quick ? std::vector<double>{1, 2, 4} : std::vector<double>{1, 2, 4, 8};
+}
+
 } // namespace
 
 std::size_t scale_rows(bool quick)
 {
-    return asked_points(quick).size() + 2 * std::size(factors);
+    return asked_points(quick).size() + 2 * asked_factors(quick).size();
 }
 
 std::vector<ScaleRow> run_scale(const AccuracyScene &scene, const AccuracyPath &path, bool quick,
@@ -182,7 +186,7 @@ std::vector<ScaleRow> run_scale(const AccuracyScene &scene, const AccuracyPath &
             const MadePart shell = scale.shell(scene.voxel);
             std::vector<double> numbers;
             std::vector<Wrench> first; // of the map as it is: forces in copies are compared with it
-            for (const double factor : factors) {
+            for (const double factor : asked_factors(quick)) {
                 const MadePart larger =
                     is_copied ? scale.map(copies(scene, path, static_cast<unsigned>(factor)), scene.voxel)
                               : scale.map(scene.statics, scene.voxel / std::sqrt(factor));

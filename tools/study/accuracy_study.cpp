@@ -13,8 +13,8 @@
 namespace voxshell {
 namespace {
 
-constexpr PathOptions full_path{96, 256}, quick_path{32, 128};
-constexpr PathOptions check_path{6, 24, 3}; ///< of the own scenes, beside another one
+constexpr PathOptions full_path{96, 12, 256, 6e6}, quick_path{32, 6, 96, 1e6};
+constexpr PathOptions check_path{6, 6, 24, 1e6, 3}; ///< of the own scenes, beside another one
 
 std::string lengths_text(const std::vector<AccuracyRow> &rows)
 {
