@@ -53,8 +53,9 @@ struct Scene {
 struct ImportOptions {
     std::optional<double> unit; ///< metres per file unit; required for STL, refused for glTF
     bool z_up = false;          ///< turn a Z-up part into the scene frame (+Y up): (x, y, z) -> (x, z, -y)
-    std::string node; ///< glTF: only this node of the scene and what is below it, in its own frame (its scale
-                      ///< applied); refused unless its name occurs once and its pose is one of a solid
+    std::string
+        node{}; ///< glTF: only this node of the scene and what is below it, in its own frame (its scale
+                ///< applied); refused unless its name occurs once and its pose is one of a solid
 };
 
 /// Reads `path` by its ending (.stl .gltf .glb, any case). Throws Failure with the file's path: system

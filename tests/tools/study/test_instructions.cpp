@@ -51,5 +51,5 @@ TEST_CASE("signals are as they were")
         count.of([] {});
     }
     sigaction(SIGTRAP, nullptr, &after);
-    CHECK(before.sa_handler == after.sa_handler);
+    CHECK((before.sa_handler == after.sa_handler));
 }
