@@ -40,7 +40,10 @@ struct Assets {
         Progress silent;
         SceneFile scene = cup_scene();
         scene.law = law;
-        if (law == ContactLaw::gradient) scene.field = ContactField::distance;
+        if (law == ContactLaw::gradient) {
+            scene.field = ContactField::distance;
+            scene.weighting = ContactWeighting::area; // else the shell has no areas
+        }
         const SceneParts parts = convert_scene(scene, read_geometry(scene), PartOptions{}, silent);
         Outputs outputs(false);
         outputs.add(folder.path / "cup.voxmap", parts.statics.voxmap);
@@ -69,7 +72,7 @@ struct Assets {
         const vxs_pose pose = {{r * std::cos(angle), height, r * std::sin(angle)}, {1, 0, 0, 0}};
         vxs_contact_result result;
         const vxs_contact_static statics = {&map, nullptr};
-        vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result);
+        REQUIRE(vxs_contact_evaluate(contact, &statics, 1, &pose, &config, &result) == VXS_OK);
         return result;
     }
 

@@ -135,7 +135,7 @@ TEST_CASE("a refused file ends with the exit code and the rule")
     CHECK(std::filesystem::path(failure.file).filename() == "asset");
 
     file = valid;
-    put<std::uint32_t>(file, offsetof(vxs_container_header, required_features), 1);
+    put<std::uint32_t>(file, offsetof(vxs_container_header, required_features), 2);
     CHECK(failure_of(file).code == ExitCode::unsupported);
     CHECK(std::string(failure_of(file).what()).starts_with("rule C105 section HEAD offset 24: "));
 
