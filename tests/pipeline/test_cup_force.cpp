@@ -42,7 +42,7 @@ struct Assets {
         scene.law = law;
         if (law == ContactLaw::gradient) {
             scene.field = ContactField::distance;
-            scene.weighting = ContactWeighting::area; // else the shell has no areas
+            scene.weighting = Weighting::area; // else the shell has no areas
         }
         const SceneParts parts = convert_scene(scene, read_geometry(scene), PartOptions{}, silent);
         Outputs outputs(false);
