@@ -49,9 +49,6 @@ class Paper(study_page.StudyTest):
         self.assertLess(float(rows['wedge', 'patch', 'distance']['angle_mean_deg']), 2)
         self.assertEqual(rows['peg of 20.2 mm', 'patch', 'distance']['angle_mean_deg'], '')
 
-    def test_readme_picture(self):
-        self.picture_is('fig9')
-
     def test_index(self):
         """The front page links the studies that are there, and shows what each says does not hold."""
         shutil.copytree(self.study, self.path('all', 'paper'))

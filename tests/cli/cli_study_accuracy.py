@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """voxshell study accuracy: what study_page.py asks of every study; the reference's bars; the advice; a run that goes on where it was
 interrupted, and gives the same files but for times."""
+import csv
 import os
 import pathlib
 import signal
@@ -45,6 +46,16 @@ class Accuracy(study_page.StudyTest):
         self.assertLess(best[0], 3)
         worst = [float(row['error_pct']) for row in rows if row['law'] == 'original' and row['field'] == 'surface' and row['shell'] == 'naive']
         self.assertGreater(min(worst), 20)
+
+    def test_readme_picture(self):
+        """Its errors are the ones found here, where both have them; its times are those of the machine that drew it."""
+        with open(command.SOURCE / 'samples/pictures/error_over_time.csv', encoding='utf-8') as file:
+            kept = {tuple(row[name] for name in ('law', 'field', 'shell', 'weighting')): float(row['error_pct']) for row in csv.DictReader(file) if row['voxel_mm'] == '2'}
+        self.assertEqual(len(kept), 60)
+        for row in self.csv['accuracy.csv']:
+            error = float(row['error_pct'])
+            self.assertAlmostEqual(kept[row['law'], row['field'], row['shell'], row['weighting']], error, delta=1e-3 * error)
+        self.is_in_the_readme('error_over_time')
 
     def test_advice(self):
         answer = self.told['answers'][0]

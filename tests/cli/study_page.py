@@ -205,6 +205,9 @@ class StudyTest(command.CommandTest):
                     self.assertEqual(text, row[name])
                 else:
                     self.assertAlmostEqual(number(text), number(row[name]), delta=1e-3 * scale[name], msg=(figure, name))
+        self.is_in_the_readme(figure)
+
+    def is_in_the_readme(self, figure):
         picture = command.SOURCE / f'samples/pictures/{figure}.svg'
         self.assertLess(picture.stat().st_size, 100_000)
         self.assertIn(picture.relative_to(command.SOURCE).as_posix(), (command.SOURCE / 'README.md').read_text(encoding='utf-8'))

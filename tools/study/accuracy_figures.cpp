@@ -62,6 +62,7 @@ struct Range {
     }
     std::string axis(char name) const
     {
+        if (!(high > 0)) return log_axis(name, 0.1, 1); // nothing of this was met
         const double end = name == 'y' ? std::max(high, 1.5 * low) : high;
         return log_axis(name, low / 1.5, end * 1.35);
     }
