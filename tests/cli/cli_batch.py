@@ -174,6 +174,13 @@ class Batch(command.CommandTest):
         self.assertEqual([part['name'] for part in assembly['parts']], ['left jaw', 'right jaw'])
         self.run_voxshell('verify', 'out', '-q')
 
+    def test_endings_of_any_case(self):
+        shapes.write_glb(self.path('Ball.Glb'), shapes.sphere(radius=15))
+        self.stl('Cup.sTL')
+        self.batch('Ball.Glb', '-o', 'out', '--voxel', '2mm', out='^1 built, 0 failed\n$')  # metres: no unit asked for
+        self.refused(1, 'has no unit', 'Cup.sTL', '-o', 'out2', '--voxel', '2mm', verb='batch')
+        self.batch('Ball.Glb', 'Cup.sTL', '-o', 'out', '--voxel', '2mm', '--unit', 'mm', out='^1 built, 1 up to date, 0 failed\n$')
+
     def test_shipped_and_checked(self):
         self.folder_of_parts()
         self.batch('in', '-o', 'out', '--unit', 'mm', '--voxel', '2mm', '--cache', 'cache', '-q')

@@ -28,8 +28,8 @@ constexpr const char *manifest_name = "manifest.json", *assembly_name = "assembl
 
 /// What is converted once, and all places where it is wanted.
 struct Job {
-    std::vector<std::size_t> parts; ///< indices into BatchResult::parts; the first is its name in messages
-    fs::path path;                  ///< of the file, if it is a whole file
+    std::vector<std::size_t> parts;   ///< indices into BatchResult::parts; the first is its name in messages
+    const BatchInput *file = nullptr; ///< a whole file
     std::shared_ptr<const Scene> assembly; ///< else the scene, and
     AssemblyPart part;                     ///< which of its parts
     double weight = 0;                     ///< about the work: bytes of the file, triangles of the part
@@ -156,23 +156,21 @@ class Batch {
     void plan(const BatchInput &input)
     {
         try {
-            const bool stl = input.path.extension() != ".gltf" && input.path.extension() != ".glb" &&
-                             input.path.extension() != ".GLTF" && input.path.extension() != ".GLB";
             if (o_.per_part) {
                 plan_assembly(input);
                 return;
             }
             Sha256 source{};
-            if (stl) {
+            if (input.stl) {
                 const std::optional<Sha256> hash = hash_of_file(input.path);
                 if (!hash) throw Failure(ExitCode::system, "", "cannot read");
                 source = *hash;
             } else {
-                source = import_scene(input.path, import(input.path)).source_hash; // with what it refers to
+                source = import_scene(input.path, import(input)).source_hash; // with what it refers to
             }
             std::error_code ignored;
             add(input, input.name, source, source,
-                {{}, input.path, {}, {}, static_cast<double>(fs::file_size(input.path, ignored))});
+                {{}, &input, {}, {}, static_cast<double>(fs::file_size(input.path, ignored))});
         } catch (...) {
             const Failure failure = current_failure();
             if (failure.code == ExitCode::interrupted) throw;
@@ -188,19 +186,18 @@ class Batch {
     void plan_assembly(const BatchInput &input)
     {
         const auto scene =
-            std::make_shared<const Scene>(split_solids(import_scene(input.path, import(input.path))));
+            std::make_shared<const Scene>(split_solids(import_scene(input.path, import(input))));
         Plan all{input.path, input.name, scene->source_hash, assemble(*scene), result_.parts.size()};
         for (const AssemblyPart &part : all.assembly.parts)
             add(input, input.name + "/" + part.name, scene->source_hash, part.hash,
-                {{}, {}, scene, part, static_cast<double>(scene->meshes[part.mesh].triangles.size())});
+                {{}, nullptr, scene, part, static_cast<double>(scene->meshes[part.mesh].triangles.size())});
         assemblies_.push_back(std::move(all));
     }
 
-    ImportOptions import(const fs::path &path) const
+    ImportOptions import(const BatchInput &input) const
     {
         ImportOptions import = o_.part.import;
-        std::string ending = path.extension().string();
-        if (ending != ".stl" && ending != ".STL" && ending != ".Stl") import.unit.reset();
+        if (!input.stl) import.unit.reset();
         return import;
     }
 
@@ -262,9 +259,8 @@ class Batch {
                 part.state = PartState::failed;
                 part.failure = failure;
                 if (part.failure->file.empty())
-                    part.failure->file = job.path.empty()
-                                             ? fmt::format("{} ({})", part.input.string(), part.name)
-                                             : part.input.string();
+                    part.failure->file = job.file ? part.input.string()
+                                                  : fmt::format("{} ({})", part.input.string(), part.name);
             }
             built = false; // the others of the same geometry are not built again
             const std::lock_guard lock(mutex_);
@@ -278,17 +274,12 @@ class Batch {
     Cache::Entry convert(const Job &job, const Sha256 &made)
     {
         const Scene scene =
-            job.assembly ? part_scene(*job.assembly, job.part) : import_scene(job.path, import(job.path));
+            job.file ? import_scene(job.file->path, import(*job.file)) : part_scene(*job.assembly, job.part);
         PartOptions options = o_.part;
         options.max_memory = budget_.total();
-        options.import = job.assembly ? ImportOptions{} : import(job.path);
-        // A voxel that is still to be chosen may take all that there is.
-        const double need = options.voxel > 0 ? estimate(flatten(scene), options.voxel, options.channels,
-                                                         options.shell_spacing)
-                                                    .memory_bytes
-                                              : static_cast<double>(budget_.total());
-        const MemoryBudget::Share share(
-            budget_, static_cast<std::uint64_t>(std::min(need, static_cast<double>(budget_.total()))));
+        options.import = job.file ? import(*job.file) : ImportOptions{};
+        std::optional<MemoryBudget::Share> share; // until the files are written
+        options.admit = [&](double bytes) { share.emplace(budget_, static_cast<std::uint64_t>(bytes)); };
         const Part part = convert_part(scene, options, *progress_);
         json about = watch_.describe ? watch_.describe(part) : json::object();
         about["warnings"] = json::array();

@@ -49,6 +49,7 @@ struct BatchOptions {
 struct BatchInput {
     std::filesystem::path path;
     std::string name; ///< of its results below the output folder, with '/': "gears/left"
+    bool stl = false; ///< by its ending, of any case; else glTF
 };
 
 /// Files as they are named, folders with all .stl, .gltf and .glb below them (sorted, hidden ones left out).

@@ -39,7 +39,8 @@ void add_folder(const fs::path &folder, std::vector<BatchInput> &inputs)
         throw Failure(ExitCode::usage, folder.string(), "no .stl, .gltf or .glb in this folder");
     std::sort(found.begin(), found.end());
     for (const fs::path &path : found)
-        inputs.push_back({path, path.lexically_relative(folder).replace_extension("").generic_string()});
+        inputs.push_back({path, path.lexically_relative(folder).replace_extension("").generic_string(),
+                          lower_ending(path) == ".stl"});
 }
 
 } // namespace
@@ -56,7 +57,7 @@ std::vector<BatchInput> batch_inputs(const std::vector<std::string> &arguments)
         }
         if (!is_cad(path))
             throw Failure(ExitCode::usage, argument, "is neither a folder nor an .stl, .gltf or .glb");
-        inputs.push_back({path, path.stem().string()});
+        inputs.push_back({path, path.stem().string(), lower_ending(path) == ".stl"});
     }
     if (inputs.empty())
         throw Failure(ExitCode::usage, "", "nothing to convert: name files, folders or --filelist");

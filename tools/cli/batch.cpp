@@ -43,14 +43,6 @@ void add_list(const std::string &list, std::vector<std::string> &inputs)
     }
 }
 
-bool reads_stl(const std::vector<BatchInput> &inputs)
-{
-    return std::any_of(inputs.begin(), inputs.end(), [](const BatchInput &input) {
-        const std::string ending = input.path.extension().string();
-        return ending.size() == 4 && (ending[1] == 's' || ending[1] == 'S');
-    });
-}
-
 /// On stderr, one part after another.
 class Watch {
   public:
@@ -239,7 +231,8 @@ ExitCode run(const BatchChoice &o)
     const std::vector<BatchInput> inputs = batch_inputs(named);
     if (o.voxel == 0 && !o.voxel_auto)
         throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm or --voxel auto");
-    const bool stl = reads_stl(inputs);
+    const bool stl =
+        std::any_of(inputs.begin(), inputs.end(), [](const BatchInput &input) { return input.stl; });
     if (stl && o.unit.empty())
         throw Failure(ExitCode::usage, "", "an STL file has no unit; say --unit mm (or cm, m, in)");
 

@@ -188,6 +188,9 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     part.voxel = options.voxel;
     part.shell_voxel = options.shell_spacing > 0 ? options.shell_spacing : options.voxel;
 
+    if (options.admit)
+        options.admit(estimate(mesh, options.voxel, options.channels, options.shell_spacing).memory_bytes);
+
     const LatticeMesh lattice = snap(mesh, options.voxel);
     if (!part.mesh.closed) part.open_on_lattice = open_edges(lattice.vertices, lattice.triangles);
     judge_openness(part, judge);

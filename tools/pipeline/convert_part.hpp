@@ -13,6 +13,7 @@
 #include "voxmap/classify.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -34,6 +35,8 @@ struct PartOptions {
     bool inspect = false; ///< look for self-intersections however long it takes
     bool stands = true;   ///< thin walls matter: a point of what moves passes through them
     std::uint64_t max_memory = 0; ///< [bytes]; 0: the machine's
+    /// Called once the voxel is known, with what the part will take [bytes]; may wait until there is room.
+    std::function<void(double)> admit{};
 };
 
 struct Part {
