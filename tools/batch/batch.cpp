@@ -140,15 +140,17 @@ class Batch {
     };
 
     /// What a result depends on: the geometry, what was asked for, and who makes it.
-    Sha256 key(const Sha256 &geometry, bool file) const
+    Sha256 key(const Sha256 &geometry, const BatchInput *file) const
     {
+        json options = o_.effective;
+        if (!file || !file->stl) options["unit"] = nullptr; // it is in metres
         const json text = {{"version", tool_version()},
                            {"formats",
                             {VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR, VXS_POINTSHELL_VERSION_MAJOR,
                              VXS_POINTSHELL_VERSION_MINOR}},
                            {"geometry", hex(geometry)},
                            {"of", file ? "file" : "part"},
-                           {"options", o_.effective}};
+                           {"options", options}};
         const std::string bytes = text.dump();
         return sha256({reinterpret_cast<const std::uint8_t *>(bytes.data()), bytes.size()});
     }
@@ -208,8 +210,7 @@ class Batch {
         BatchPart part{input.path, name};
         part.input_hash = source;
         result_.parts.push_back(std::move(part));
-        const auto [known, is_new] =
-            job_of_.try_emplace(key(geometry, job.assembly == nullptr), jobs_.size());
+        const auto [known, is_new] = job_of_.try_emplace(key(geometry, job.file), jobs_.size());
         if (is_new) {
             keys_.push_back(known->first);
             jobs_.push_back(std::move(job));
