@@ -55,21 +55,6 @@ void write_file(const fs::path &path, std::span<const std::uint8_t> bytes)
 
 } // namespace
 
-std::optional<Sha256> hash_of_file(const fs::path &path)
-{
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return {};
-    std::vector<char> block(1 << 20);
-    Sha256Stream hash;
-    while (file) {
-        file.read(block.data(), static_cast<std::streamsize>(block.size()));
-        hash.update(
-            {reinterpret_cast<const std::uint8_t *>(block.data()), static_cast<std::size_t>(file.gcount())});
-    }
-    if (file.bad()) return {};
-    return hash.digest();
-}
-
 Cache::Cache(fs::path folder) : folder_(std::move(folder))
 {
     std::error_code error;

@@ -2,7 +2,7 @@
 // Results of conversions under what they were made of: shared by runs, programs and machines.
 #pragma once
 
-#include "container/container.hpp"
+#include "container/file_hash.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -56,8 +56,5 @@ class Cache {
     std::filesystem::path temporary();
     std::filesystem::path folder_;
 };
-
-/// SHA-256 of a file, read in pieces; nothing if it cannot be read.
-std::optional<Sha256> hash_of_file(const std::filesystem::path &path);
 
 } // namespace voxshell

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The side of the .vdb reader that must survive: starts the parser in a child process, checks what it sends.
 #include "cli/failure.hpp"
+#include "container/file_hash.hpp"
 #include "voxmap/vdb.hpp"
 #include "voxmap/vdb_parse.hpp"
 
@@ -257,18 +258,6 @@ std::uint64_t readable_size(const std::filesystem::path &path)
     return size;
 }
 
-Sha256 hash_of(const std::filesystem::path &path)
-{
-    std::ifstream file(path, std::ios::binary);
-    Sha256Stream hash;
-    std::vector<char> block(1 << 20);
-    while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
-        hash.update(
-            {reinterpret_cast<const std::uint8_t *>(block.data()), static_cast<std::size_t>(file.gcount())});
-    if (!file.eof()) throw Failure(ExitCode::system, "", "cannot be read to its end");
-    return hash.digest();
-}
-
 VdbFile receive(Child &reader, const Limits &limits)
 {
     const auto give_up = [&] { throw Failure(ExitCode::invalid, "", reader.obituary()); };
@@ -380,7 +369,11 @@ VdbFile read_vdb(const std::filesystem::path &path, const ForeignGrid *foreign, 
     Child reader(pid, ends[0], 10 * limits.seconds, progress ? *progress : silent);
     try {
         VdbFile file = receive(reader, limits);
-        if (file.foreign) file.source_hash = hash_of(path);
+        if (file.foreign) {
+            const std::optional<Sha256> hash = hash_of_file(path);
+            if (!hash) throw Failure(ExitCode::system, "", "cannot be read to its end");
+            file.source_hash = *hash;
+        }
         return file;
     } catch (const Failure &failure) {
         throw Failure(failure.code, path.string(), failure.what());
