@@ -146,6 +146,9 @@ size_t vxs_servo_memory(const vxs_servo_config *config)
            (config->contact.most_points ? round_up(vxs_contact_levels_memory(config->shell)) : 0);
 }
 
+/* As bits of their kinds. */
+static const uint32_t motor_guards = 1u << VXS_EFFECT_START_INSIDE | 1u << VXS_EFFECT_SOFT_START;
+
 static const vxs_effect *find_effect(const vxs_servo_config *config, uint32_t kind)
 {
     for (uint32_t n = 0; n < config->effect_count; n++)
@@ -162,6 +165,7 @@ static void list_steps(vxs_servo *servo, const vxs_servo_config *config, uint8_t
         if (stage->effect && !effect) continue;
         void *self = servo;
         if (effect) {
+            servo->guards |= (1u << effect->kind) & motor_guards;
             self = bytes;
             memset(self, 0, effect_memory(effect, config));
             bytes += effect_memory(effect, config);
@@ -223,6 +227,12 @@ vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *con
     servo->has_body = servo->pose || servo->coupling->kind->has_body;
     *out = servo;
     return result;
+}
+
+vxs_result vxs_servo_may_drive(const vxs_servo *servo, const vxs_device_caps *caps)
+{
+    if (!servo || !caps) return VXS_PARAM;
+    return caps->has_motors && servo->guards != motor_guards ? VXS_UNGUARDED : VXS_OK;
 }
 
 const char *vxs_servo_stage_at(uint32_t index, uint32_t *effect, const char **reads)

@@ -31,6 +31,7 @@ struct vxs_servo {
     uint32_t has_fault;
     uint32_t has_last;
     uint32_t has_torque;
+    uint32_t guards;           /* bit k: the list of effects has the kind k of those that motors want */
     uint32_t has_body;         /* the object: a stage or the coupling moves it, not the hand */
     const vxsi_moving *moving; /* NULL: no static does */
     uint32_t step_count, adder_count;

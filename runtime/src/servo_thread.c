@@ -183,6 +183,8 @@ vxs_result vxs_servo_thread_start(void *memory, size_t size, const vxs_servo_thr
     if (!config->device || !config->servo || !(config->rate_hz >= 100 && config->rate_hz <= 10000) ||
         config->priority < 0 || config->priority > 99)
         return VXS_PARAM;
+    vxs_result result = vxs_servo_may_drive(config->servo, &config->device->caps);
+    if (result != VXS_OK) return result;
     if ((uintptr_t)memory % ALIGNMENT != 0 || size < vxs_servo_thread_memory()) return VXS_BUFFER;
     vxs_servo_thread *t = memory;
     memset(t, 0, sizeof *t);

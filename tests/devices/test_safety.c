@@ -261,7 +261,7 @@ static void overrun_storms(void)
     }
 }
 
-static void start_without_calibration(void)
+static void arming_without_calibration(void)
 {
     vxs_hardware_config config;
     vxs_hardware_config_default(&config);
@@ -437,7 +437,7 @@ static const struct {
              {"jump_of_position", jump_of_position},
              {"clock_going_back", clock_going_back},
              {"overrun_storms", overrun_storms},
-             {"start_without_calibration", start_without_calibration},
+             {"arming_without_calibration", arming_without_calibration},
              {"nonsense", nonsense},
              {"device_restarts", device_restarts},
              {"arming_ramps", arming_ramps},

@@ -2,7 +2,7 @@
  *
  * An hvlink device at the other end of a pseudo-terminal, real threads and real time: what the servo and the
  * I/O thread do to each other (ThreadSanitizer looks on), a second program, a plug that is pulled, a host
- * that is killed. No assertion on how fast: that is the machine's affair.
+ * that is killed: test_tty CASE, or all without one. No assertion on how fast: that is the machine's affair.
  */
 #define _GNU_SOURCE 1
 
@@ -104,6 +104,15 @@ static void unplug(knob *k)
     close(k->master);
 }
 
+enum { HOST_REFUSED = 4 };
+
+static void *open_memory(void)
+{
+    void *memory = aligned_alloc(64, vxs_hardware_memory());
+    CHECK(memory);
+    return memory;
+}
+
 static vxs_result open_host(const char *path, void *memory, vxs_device **device)
 {
     vxs_hardware_config config;
@@ -149,7 +158,9 @@ static void arm_and_push(knob *k, vxs_device *device)
         vxs_device_disarm(device);
         pause_ms(20);
         if (vxs_device_arm(device) != VXS_OK) continue;
-        for (int n = 0; n < 40 && atomic_load(&k->most) == 0; n++) push(device, 50, &state);
+        int n = 0;
+        do push(device, 50, &state);
+        while (++n < 40 && atomic_load(&k->most) == 0);
         if (atomic_load(&k->most) > 0 && state.state == VXS_DEVICE_ARMED) break;
     }
     CHECK(atomic_load(&k->most) > 0 && atomic_load(&k->most) <= 1);
@@ -157,10 +168,40 @@ static void arm_and_push(knob *k, vxs_device *device)
     CHECK_NEAR(state.pose.position[0], 0.001, 1e-9);
 }
 
-static void check_running(void *memory)
+/* A second device in this program, and a second program: refused while it is held, and the first goes on. */
+static void second_process(void)
 {
     knob k;
-    vxs_device *device, *second;
+    vxs_device *device;
+    void *memory = open_memory(), *other = open_memory();
+    plug(&k);
+    CHECK_INT(open_host(k.path, memory, &device), VXS_OK);
+    arm_and_push(&k, device);
+    vxs_device *second;
+    CHECK_INT(open_host(k.path, other, &second), VXS_BUSY);
+    pid_t child = fork();
+    if (child == 0) {
+        execl("/proc/self/exe", "test_tty", "host", k.path, (char *)NULL);
+        _exit(2);
+    }
+    int status;
+    CHECK(waitpid(child, &status, 0) == child && WIFEXITED(status));
+    CHECK_INT(WEXITSTATUS(status), HOST_REFUSED);
+    arm_and_push(&k, device);
+    vxs_device_close(device);
+    CHECK(lets_go(&k));
+    CHECK_INT(open_host(k.path, other, &second), VXS_OK); /* and now it is free */
+    vxs_device_close(second);
+    unplug(&k);
+    free(memory);
+    free(other);
+}
+
+static void running(void)
+{
+    knob k;
+    void *memory = open_memory();
+    vxs_device *device;
     vxs_device_state state;
     vxs_hardware_counts counts;
     plug(&k);
@@ -168,20 +209,6 @@ static void check_running(void *memory)
     CHECK_TEXT(device->caps.name, "hvlink knob");
     CHECK(device->caps.has_watchdog && !device->caps.verified && device->caps.dof_actuated == 1);
     arm_and_push(&k, device);
-
-    /* A second program, and a second device in this one: not while it is held. */
-    void *other = aligned_alloc(64, vxs_hardware_memory());
-    vxs_result result = open_host(k.path, other, &second);
-    CHECK(result == VXS_BUSY);
-    pid_t child = fork();
-    if (child == 0) {
-        int file = open(k.path, O_RDWR | O_NOCTTY);
-        _exit(file < 0 || geteuid() == 0 ? 0
-                                         : 1); /* root may open what is held, and still fails at the lock */
-    }
-    int status;
-    CHECK(waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0);
-    free(other);
 
     /* Left alone the command expires, though the I/O thread lives on. */
     CHECK(lets_go(&k));
@@ -217,14 +244,16 @@ static void check_running(void *memory)
     CHECK_INT(state.fault, VXS_DEVICE_FAULT_USB);
     CHECK_INT(vxs_device_arm(device), VXS_LOST);
     vxs_device_close(device);
+    free(memory);
 }
 
-/* What is killed: test_tty PATH. */
-static int run_host(const char *path, void *memory)
+/* What is killed: test_tty host PATH. */
+static int run_host(const char *path)
 {
     vxs_device *device;
     vxs_device_state state;
-    if (open_host(path, memory, &device) != VXS_OK) return 3;
+    vxs_result result = open_host(path, open_memory(), &device);
+    if (result != VXS_OK) return result == VXS_BUSY ? HOST_REFUSED : 3;
     for (;;) {
         pause_ms(20);
         vxs_device_disarm(device);
@@ -242,7 +271,7 @@ static void check_signal(int number)
     plug(&k);
     pid_t child = fork();
     if (child == 0) {
-        execl("/proc/self/exe", "test_tty", k.path, (char *)NULL);
+        execl("/proc/self/exe", "test_tty", "host", k.path, (char *)NULL);
         _exit(2);
     }
     for (int n = 0; n < 5000 && atomic_load(&k.most) == 0; n++) pause_ms(1);
@@ -256,8 +285,9 @@ static void check_signal(int number)
     unplug(&k);
 }
 
-static void check_refusals(void *memory)
+static void refusals(void)
 {
+    void *memory = open_memory();
     vxs_hardware_config config;
     vxs_device *device;
     const vxs_hardware_kind *kind = vxs_hardware_kind_named("hvlink");
@@ -283,18 +313,39 @@ static void check_refusals(void *memory)
     }
     vxs_hardware_found found[4];
     printf("%u known devices on USB here\n", vxs_hardware_probe(found, 4));
+    free(memory);
 }
+
+static void sigkill(void)
+{
+    check_signal(SIGKILL);
+}
+
+static void sigterm(void)
+{
+    check_signal(SIGTERM);
+}
+
+static void sigint(void)
+{
+    check_signal(SIGINT);
+}
+
+static const struct {
+    const char *name;
+    void (*run)(void);
+} cases[] = {{"refusals", refusals}, {"sigkill", sigkill}, {"sigterm", sigterm},
+             {"sigint", sigint},     {"running", running}, {"second_process", second_process}};
 
 int main(int count, char **arguments)
 {
-    void *memory = aligned_alloc(64, vxs_hardware_memory());
-    CHECK(memory);
-    if (count > 1) return run_host(arguments[1], memory);
-    check_refusals(memory);
-    check_signal(SIGKILL);
-    check_signal(SIGTERM);
-    check_signal(SIGINT);
-    check_running(memory);
-    free(memory);
+    int ran = 0;
+    if (count == 3 && strcmp(arguments[1], "host") == 0) return run_host(arguments[2]);
+    for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
+        if (count > 1 && strcmp(arguments[1], cases[n].name) != 0) continue;
+        cases[n].run();
+        ran++;
+    }
+    CHECK(ran > 0);
     return 0;
 }

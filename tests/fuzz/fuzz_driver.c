@@ -1,19 +1,23 @@
 /* SPDX-License-Identifier: MIT
  *
  * Runs a fuzz target (libFuzzer's entry point) without libFuzzer: deterministic inputs, for the same number
- * of executions the same ones anywhere. fuzz_NAME [EXECUTIONS [SEED]] An input is random, or a seed of the
- * target's corpus with bits, bytes and lengths changed, pieces doubled, dropped and spliced. With clang and
- * its runtime the target links to libFuzzer instead: clang -fsanitize=fuzzer,address -I../../runtime/src
- * -I../../runtime/include fuzz_NAME.c ...
+ * of executions the same ones anywhere.
+ *     fuzz_NAME [EXECUTIONS [SEED]]    random bytes, or a seed of the target's with bits, bytes and lengths
+ *                                      changed, pieces doubled, dropped and spliced
+ *     fuzz_NAME replay FOLDER          each file of a corpus once
+ *     fuzz_NAME seeds FOLDER           writes the target's seeds, for libFuzzer to begin with (long.sh)
  */
+#define _DEFAULT_SOURCE 1 /* scandir */
+
 #include "fuzz_target.h"
 
+#include <dirent.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-enum { MOST = 1024 };
+enum { MOST = 1024, SEEDS = 64, PATH = 4096 };
 
 static uint64_t state;
 
@@ -57,7 +61,7 @@ static size_t mutate(uint8_t *bytes, size_t size)
             size -= run;
             break;
         case 6: /* spliced */
-            run = fuzz_seed(random_below(64), bytes + size, room);
+            run = fuzz_seed(random_below(SEEDS), bytes + size, room);
             size += run;
             break;
         default:
@@ -67,8 +71,57 @@ static size_t mutate(uint8_t *bytes, size_t size)
     return size;
 }
 
+/* A copy of just this size: a sanitizer sees a byte too far. */
+static void execute(const uint8_t *bytes, size_t size)
+{
+    uint8_t *exact = malloc(size ? size : 1);
+    FUZZ_CHECK(exact);
+    memcpy(exact, bytes, size);
+    LLVMFuzzerTestOneInput(exact, size);
+    free(exact);
+}
+
+static int replay(const char *folder)
+{
+    struct dirent **found;
+    int count = scandir(folder, &found, NULL, alphasort), ran = 0;
+    for (int n = 0; n < count; n++) {
+        char path[PATH];
+        uint8_t bytes[1 << 16];
+        snprintf(path, sizeof path, "%s/%s", folder, found[n]->d_name);
+        FILE *file = found[n]->d_name[0] == '.' ? NULL : fopen(path, "rb");
+        if (file) {
+            size_t size = fread(bytes, 1, sizeof bytes, file);
+            fclose(file);
+            execute(bytes, size);
+            ran++;
+        }
+        free(found[n]);
+    }
+    if (count >= 0) free(found);
+    printf("%d files\n", ran);
+    return ran > 0 ? 0 : 1;
+}
+
+static int write_seeds(const char *folder)
+{
+    for (uint32_t n = 0; n < SEEDS; n++) {
+        char path[PATH];
+        uint8_t bytes[MOST];
+        size_t size = fuzz_seed(n, bytes, sizeof bytes);
+        snprintf(path, sizeof path, "%s/seed%02u", folder, (unsigned)n);
+        FILE *file = fopen(path, "wb");
+        if (!file) return 1;
+        size_t written = fwrite(bytes, 1, size, file);
+        if (fclose(file) != 0 || written != size) return 1;
+    }
+    return 0;
+}
+
 int main(int count, char **arguments)
 {
+    if (count == 3 && strcmp(arguments[1], "replay") == 0) return replay(arguments[2]);
+    if (count == 3 && strcmp(arguments[1], "seeds") == 0) return write_seeds(arguments[2]);
     unsigned long executions = count > 1 ? strtoul(arguments[1], NULL, 10) : 200000;
     state = 0x9E3779B97F4A7C15u ^ (count > 2 ? strtoul(arguments[2], NULL, 10) * 0xD1342543DE82EF95u : 0);
     clock_t began = clock();
@@ -79,14 +132,9 @@ int main(int count, char **arguments)
             size = random_below(MOST);
             for (size_t i = 0; i < size; i++) bytes[i] = (uint8_t)random_below(256);
         } else {
-            size = mutate(bytes, fuzz_seed(random_below(64), bytes, MOST));
+            size = mutate(bytes, fuzz_seed(random_below(SEEDS), bytes, MOST));
         }
-        /* A copy of just this size: a sanitizer sees a byte too far. */
-        uint8_t *exact = malloc(size ? size : 1);
-        if (!exact) return 2;
-        memcpy(exact, bytes, size);
-        LLVMFuzzerTestOneInput(exact, size);
-        free(exact);
+        execute(bytes, size);
     }
     printf("%lu executions, %.1f s of processor\n", executions, (double)(clock() - began) / CLOCKS_PER_SEC);
     return 0;

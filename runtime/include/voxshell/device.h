@@ -64,6 +64,7 @@ typedef struct vxs_device_caps {
     uint32_t assumed;                    /* not 0: mass, friction and viscosity are assumptions */
     uint32_t has_watchdog;               /* in hardware */
     uint32_t verified;                   /* not 0: tried on hardware */
+    uint32_t has_motors; /* not 0: what it renders pushes a hand; 0: simulated, or input only */
 } vxs_device_caps;
 
 /* View of one exchange, in. */

@@ -38,7 +38,7 @@ VXS_API void vxs_replay_config_default(vxs_replay_config *config);
 VXS_API size_t vxs_replay_memory(void);
 
 /* Opens in the caller's memory (any multiple of 16), READY. VXS_OK; VXS_CONFIG; VXS_PARAM (also: a number
- * that is not finite, times that do not grow); VXS_BUFFER. Thread: any, set-up. */
+ * that is not finite or beyond 1e9, times that do not grow); VXS_BUFFER. Thread: any, set-up. */
 VXS_API vxs_result vxs_replay_open(void *memory, size_t size, const vxs_replay_config *config,
                                    vxs_device **out);
 

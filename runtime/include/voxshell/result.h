@@ -57,6 +57,8 @@ extern "C" {
     X(TOO_STIFF, -73,                                                                                        \
       "servo: an effect is stiffer, or damps more, than the object's inertia bears at this sample time")     \
     X(NO_AREA, -74, "contact: the shell has no areas, by which to weigh points or levels of detail")         \
+    X(UNGUARDED, -75,                                                                                        \
+      "servo: a device with motors is not driven without the guards start-inside and soft-start")            \
     X(NO_THREAD, -80, "the servo thread could not be started")
 
 typedef enum vxs_result {

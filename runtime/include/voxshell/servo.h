@@ -21,7 +21,8 @@
  *   - force ramps up over 0.5 s from arming on, and after a stall from what the hand felt last (soft-start);
  *   - armed inside or touching the scene: zero and VXS_SERVO_START_IN_CONTACT until it was free once
  *     (start-inside).
- * A backend that drives motors will refuse a servo without these two.
+ * A device with motors is not driven without these two: vxs_servo_may_drive(), which vxs_servo_thread_start()
+ * asks. Who owns the loop asks it before arming.
  *
  *     vxs_servo_config config;
  *     vxs_servo_config_default(&config);
@@ -32,6 +33,7 @@
  *     config.max_force = device->caps.peak_force;
  *     void *memory = aligned_alloc(64, vxs_servo_memory(&config));
  *     vxs_servo_init(memory, vxs_servo_memory(&config), &config, &servo);
+ *     if (vxs_servo_may_drive(servo, &device->caps) != VXS_OK) return;
  *     vxs_device_arm(device);
  *     for (;;) {
  *         vxs_device_exchange(device, &command, &state, NULL);
@@ -128,6 +130,11 @@ VXS_API size_t vxs_servo_memory(const vxs_servo_config *config);
 /* Makes a servo in the caller's memory (any multiple of 16), at rest. Nothing to close.
  * Returns as vxs_servo_config_check(), and VXS_BUFFER. Thread: any, set-up. */
 VXS_API vxs_result vxs_servo_init(void *memory, size_t size, const vxs_servo_config *config, vxs_servo **out);
+
+/* Whether a device may be given what this servo commands: VXS_OK; VXS_UNGUARDED, it has motors
+ * (caps->has_motors) and the config listed effects without start-inside or without soft-start; VXS_PARAM.
+ * Thread: any, rt-safe. */
+VXS_API vxs_result vxs_servo_may_drive(const vxs_servo *servo, const vxs_device_caps *caps);
 
 /* One sample. *command is always written, also in FAULT. trace may be NULL. Returns flags.
  * Thread: the servo's, rt-safe. */

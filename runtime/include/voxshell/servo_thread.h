@@ -72,7 +72,7 @@ VXS_API size_t vxs_servo_thread_memory(void);
 
 /* Starts the thread; memory (any multiple of 64) must stay until vxs_servo_thread_stop() returns.
  * From here on only the thread may touch device and servo. VXS_OK; VXS_CONFIG; VXS_PARAM;
- * VXS_BUFFER; VXS_NO_THREAD. Thread: any, set-up. */
+ * VXS_BUFFER; VXS_NO_THREAD; VXS_UNGUARDED (vxs_servo_may_drive()). Thread: any, set-up. */
 VXS_API vxs_result vxs_servo_thread_start(void *memory, size_t size, const vxs_servo_thread_config *config,
                                           vxs_servo_thread **out);
 

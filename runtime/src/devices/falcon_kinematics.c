@@ -13,7 +13,8 @@ static const double leg_degrees[3] = {105, -15, -135};
 static const double rest_degrees = 35, degrees_per_count = 0.036434659;
 static const double middle[3] = {0, 0, 0.12};
 
-enum { MOST_STEPS = 60 };
+/* A place within reach takes 75 inverses at most, from the middle: more is none. */
+enum { MOST_TRIES = 100, MOST_HALVINGS = 30 };
 
 double vxsi_falcon_angle(int16_t count)
 {
@@ -90,7 +91,7 @@ static int newton(const double angle[3], double place[3])
     memcpy(at, place, sizeof at);
     if (!vxsi_falcon_inverse(at, have, jacobian)) return 0;
     for (int n = 0; n < 3; n++) miss[n] = angle[n] - have[n];
-    for (int i = 0; i < MOST_STEPS; i++) {
+    for (int tries = 0; tries < MOST_TRIES;) {
         double worst = most_of(miss);
         if (worst <= 1e-12) {
             memcpy(place, at, sizeof at);
@@ -100,6 +101,7 @@ static int newton(const double angle[3], double place[3])
         double share = most_of(step) > 0.02 ? 0.02 / most_of(step) : 1;
         for (int halved = 0;; halved++, share /= 2) {
             double next[3], trial[3], rows[9], left[3];
+            tries++;
             for (int n = 0; n < 3; n++) next[n] = at[n] + share * step[n];
             int reaches = next[2] > 0.02 && vxsi_falcon_inverse(next, trial, rows);
             for (int n = 0; n < 3; n++) left[n] = reaches ? angle[n] - trial[n] : 0;
@@ -109,7 +111,7 @@ static int newton(const double angle[3], double place[3])
                 memcpy(jacobian, rows, sizeof rows);
                 break;
             }
-            if (halved == 30) return 0;
+            if (halved == MOST_HALVINGS || tries == MOST_TRIES) return 0;
         }
     }
     return 0;

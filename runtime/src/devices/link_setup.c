@@ -116,6 +116,7 @@ vxs_result vxsi_link_open(vxsi_link *link, const vxsi_driver *driver, const vxs_
         wire->ops->close(wire->self);
         return result;
     }
+    link->device.caps.has_motors = link->device.caps.dof_actuated != 0;
     link->last_step_ns = link->last_news_ns = link->now(link->user);
     atomic_store(&link->state, link->start);
     return VXS_OK;

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ALIGNMENT = 16, COLUMNS = 64, FIELD = 64, HEAD = 16, FIELDS = 9 };
+enum { ALIGNMENT = 16, COLUMNS = 64, FIELD = 64, HEAD = 16, FIELDS = 9, MOST_NUMBER = 1000000000 };
 
 void vxs_replay_config_default(vxs_replay_config *config)
 {
@@ -50,12 +50,19 @@ static void close_device(void *self)
 static const vxs_device_ops ops = {
     .name = "replay", .arm = arm, .disarm = disarm, .close = close_device, .exchange = vxsi_replay_exchange};
 
+/* Bounded: the difference of two is finite, too. */
+static int is_number(double value)
+{
+    return fabs(value) <= MOST_NUMBER;
+}
+
 static int are_rows(const vxs_replay_row *rows, size_t count)
 {
     double rotation[9];
     for (size_t n = 0; n < count; n++) {
-        if (!isfinite(rows[n].time) || (n > 0 && !(rows[n].time > rows[n - 1].time)) ||
-            !vxs_pose_rotation(&rows[n].pose, rotation))
+        const double *at = rows[n].pose.position;
+        if (!is_number(rows[n].time) || !is_number(at[0]) || !is_number(at[1]) || !is_number(at[2]) ||
+            (n > 0 && !(rows[n].time > rows[n - 1].time)) || !vxs_pose_rotation(&rows[n].pose, rotation))
             return 0;
     }
     return count > 0;
