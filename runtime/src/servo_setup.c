@@ -172,12 +172,12 @@ static void list_steps(vxs_servo *servo, const vxs_servo_config *config, uint8_t
             if (stage->set_up) stage->set_up(self, effect, &servo->config);
             if (stage->attach) stage->attach(self, servo);
         }
-        if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self};
+        if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self, n};
         if (stage->pose) {
             servo->pose = stage->pose;
             servo->pose_self = self;
         }
-        servo->steps[servo->step_count++] = (vxsi_step){stage->run, self, stage->reset};
+        servo->steps[servo->step_count++] = (vxsi_step){stage->run, self, stage->reset, n};
     }
 }
 
@@ -235,11 +235,10 @@ vxs_result vxs_servo_may_drive(const vxs_servo *servo, const vxs_device_caps *ca
     return caps->has_motors && servo->guards != motor_guards ? VXS_UNGUARDED : VXS_OK;
 }
 
-const char *vxs_servo_stage_at(uint32_t index, uint32_t *effect, const char **reads)
+vxs_result vxs_servo_stage_at(uint32_t number, vxs_servo_stage *stage)
 {
-    if (index >= vxsi_servo_table_size) return NULL;
-    const vxsi_stage *stage = vxsi_servo_table[index];
-    if (effect) *effect = stage->effect;
-    if (reads) *reads = stage->reads;
-    return stage->name;
+    if (number >= vxsi_servo_table_size || !stage) return VXS_PARAM;
+    const vxsi_stage *row = vxsi_servo_table[number];
+    *stage = (vxs_servo_stage){row->name, row->reads, row->changes, row->effect, 0};
+    return VXS_OK;
 }

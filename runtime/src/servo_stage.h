@@ -50,9 +50,10 @@ enum { VXSI_TICK_ENDS = VXS_SERVO_OFF | VXS_SERVO_START_IN_CONTACT | VXS_SERVO_F
 typedef struct vxsi_stage {
     uint32_t effect; /* VXS_EFFECT_*; 0: always there, its self is the servo */
     uint32_t is_guard;
-    const char *name;  /* as people write it */
-    const char *reads; /* for people: what it goes by */
-    size_t size;       /* bytes of self */
+    const char *name;    /* as people write it */
+    const char *reads;   /* for people: what it goes by */
+    const char *changes; /* for people and who measures: other stages that do more or less for it */
+    size_t size;         /* bytes of self */
     /* At set-up, of an effect; optional. check: beyond the constants' ranges. self is all 0 before set_up. */
     const vxs_effect_constant *constants;
     uint32_t constant_count;

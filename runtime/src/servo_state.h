@@ -12,12 +12,14 @@ typedef struct vxsi_step {
     void (*run)(void *self, vxsi_tick *tick);
     void *self;
     void (*reset)(void *self, const vxs_pose *tip); /* may be NULL */
+    uint32_t row;                                   /* of the table */
 } vxsi_step;
 
 /* What a stage does within the stage contact. */
 typedef struct vxsi_adder {
     void (*add)(void *self, vxsi_tick *tick);
     void *self;
+    uint32_t row;
 } vxsi_adder;
 
 struct vxs_servo {

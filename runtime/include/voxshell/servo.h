@@ -141,10 +141,35 @@ VXS_API vxs_result vxs_servo_may_drive(const vxs_servo *servo, const vxs_device_
 VXS_API uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_device_command *command,
                                 vxs_servo_trace *trace);
 
-/* For people: the stages that a tick can have, from number 0 on in order of execution. *effect: the kind that
- * puts it there, 0 for one that is always there; *reads: what it goes by. Returns its name, NULL at the end.
- * Ownership: static. Thread: any, rt-safe. */
-VXS_API const char *vxs_servo_stage_at(uint32_t index, uint32_t *effect, const char **reads);
+/* A stage that a tick can have, for people. All texts are static. */
+typedef struct vxs_servo_stage {
+    const char *name;
+    const char *reads;   /* what it goes by */
+    const char *changes; /* the other stages in which it makes for more or less work, or NULL: none */
+    uint32_t effect;     /* the kind that puts it there; 0: it is always there */
+    uint32_t reserved;
+} vxs_servo_stage;
+
+/* From number 0 on in order of execution. VXS_OK; VXS_PARAM: there are not so many. Thread: any, rt-safe. */
+VXS_API vxs_result vxs_servo_stage_at(uint32_t number, vxs_servo_stage *stage);
+
+/* For whoever measures: told before and after each stage of each tick, by its number (vxs_servo_stage_at()).
+ * What an effect does within another stage is told within that one, as often as it is done. */
+typedef struct vxs_servo_watch {
+    void (*before)(void *user, uint32_t stage);
+    void (*after)(void *user, uint32_t stage);
+    void *user;
+} vxs_servo_watch;
+
+/* Bytes for vxs_servo_watch_stages(). Thread: any, rt-safe. */
+VXS_API size_t vxs_servo_watch_memory(void);
+
+/* From now on the servo tells *watch, which is copied; its wrenches stay the same. The servo's list of stages
+ * is changed for it, in the caller's memory (any multiple of 16; lives as long as the servo): one that is not
+ * watched takes not one instruction more for it. Once for each servo: there is no way back. Returns VXS_OK;
+ * VXS_PARAM; VXS_BUFFER. Thread: the servo's, set-up. */
+VXS_API vxs_result vxs_servo_watch_stages(vxs_servo *servo, void *memory, size_t size,
+                                          const vxs_servo_watch *watch);
 
 /* Ends a FAULT: the next tick starts as if the device had just been armed.
  * Thread: the servo's, rt-safe. */

@@ -303,6 +303,7 @@ extern const vxsi_stage vxsi_stage_friction;
 const vxsi_stage vxsi_stage_friction = {.effect = VXS_EFFECT_FRICTION,
                                         .name = "friction",
                                         .reads = "who presses how in contact, the object's motion",
+                                        .changes = "contact",
                                         .size = sizeof(friction),
                                         .constants = constants,
                                         .constant_count = sizeof constants / sizeof *constants,

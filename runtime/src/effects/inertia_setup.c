@@ -117,6 +117,7 @@ const vxsi_stage vxsi_stage_inertia = {.effect = VXS_EFFECT_INERTIA,
                                        .name = "inertia",
                                        .reads =
                                            "contact's wrench, the device's pose; in place of the coupling",
+                                       .changes = "contact, coupling",
                                        .size = sizeof(vxsi_inertia),
                                        .constants = constants,
                                        .constant_count = sizeof constants / sizeof *constants,

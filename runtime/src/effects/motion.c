@@ -173,6 +173,7 @@ extern const vxsi_stage vxsi_stage_motion;
 const vxsi_stage vxsi_stage_motion = {.effect = VXS_EFFECT_MOTION,
                                       .name = "motion",
                                       .reads = "the ticks since arming; keyframes of the statics that move",
+                                      .changes = "contact",
                                       .size = sizeof(motion),
                                       .constants = constants,
                                       .constant_count = sizeof constants / sizeof *constants,

@@ -15,5 +15,6 @@ static void attach(void *self, vxs_servo *servo)
 extern const vxsi_stage vxsi_stage_torque;
 const vxsi_stage vxsi_stage_torque = {.effect = VXS_EFFECT_TORQUE,
                                       .name = "torque",
-                                      .reads = "torques, in coupling and clamp",
+                                      .reads = "torques",
+                                      .changes = "coupling, clamp",
                                       .attach = attach};
