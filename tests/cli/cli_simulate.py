@@ -92,14 +92,16 @@ class Simulate(command.CommandTest):
             self.assertTrue(effect['reads'], name)
             self.assertEqual(effect['ns'] is None, effect['why_not'] != '', name)
             self.assertEqual(effect['instructions'] is None, effect['ns'] is None or told['not_counted'] != '', name)
-        self.assertEqual([stage['stage'] for stage in told['stages']], ['contact', 'coupling', 'clamp'])
+        self.assertEqual([stage['stage'] for stage in told['stages']], ['contact', 'coupling', 'clamp', 'around'])
         if not told['not_counted']:
             # What is in and what is always there make up the tick; each effect has a price that is not nothing and not the world's.
             self.assertGreater(told['counted_ticks'], 1)
             parts = {part['stage']: part['instructions'] for part in told['explain']}
             self.assertTrue(all(count > 20 for count in parts.values()), parts)
             self.assertGreater(parts['tick'], parts['contact'])
-            self.assertTrue(all(stage['instructions'] > 20 for stage in told['stages']), told['stages'])
+            self.assertTrue(all(stage['instructions'] > 20 and stage['ns'] > 0 for stage in told['stages']), told['stages'])
+            asked = sum(effect['instructions'] for effect in effects.values() if effect['in'])
+            self.assertAlmostEqual(sum(stage['instructions'] for stage in told['stages']) + asked, parts['tick'], delta=1)
             for name, effect in effects.items():
                 if effect['ns'] is not None:
                     self.assertTrue(10 < effect['instructions'] < 1e6, effect)
@@ -110,8 +112,40 @@ class Simulate(command.CommandTest):
                 self.assertAlmostEqual(effects[name]['instructions'] / other, 1, delta=0.005, msg=name)
         text = self.simulate('--explain', '--seconds', 0.2).stdout
         order = re.findall(r'^  (\S+) .* reads ', text, re.M)
-        self.assertEqual(order[:6], ['contact', 'start-inside', 'torque', 'coupling', 'clamp', 'soft-start'])
-        self.assertEqual(len(order), 3 + len(effects))
+        self.assertEqual(order[:7], ['contact', 'start-inside', 'torque', 'coupling', 'clamp', 'soft-start', 'around'])
+        self.assertEqual(len(order), 4 + len(effects))
+
+    def explain(self, scene, *arguments):
+        return json.loads(self.run_voxshell('simulate', scene, '--explain', '--format', 'json', '--quiet', *arguments).stdout)
+
+    def test_effects_change_what_they_say(self):
+        """An effect takes instructions in the stages that it names and in no other; what it names is not in vain."""
+        told = self.explain('cup_press.scene.json')
+        if told['not_counted']:
+            self.skipTest(told['not_counted'])
+        names = set()
+        for effect in told['effects']:
+            changes = {name for name in effect['changes'].split(', ') if name}
+            self.assertLessEqual(set(effect['elsewhere']), changes, effect)
+            if effect['ns'] is not None:
+                names |= {effect['effect']} if changes and effect['elsewhere'] else set()
+        self.assertEqual(names, {'friction', 'inertia', 'torque'})
+
+    def test_heavy_ticks(self):
+        """A thousand points that touch: contact is stepped through once, and again where an effect changes it."""
+        self.edit(lambda scene: scene.update(voxel='1mm'), 'peg_in_hole.scene.json')
+        told = self.explain('peg_in_hole.scene.json', '--seconds', 2)
+        if told['not_counted']:
+            self.skipTest(told['not_counted'])
+        self.assertEqual(told['counted_ticks'], 1)
+        parts = {part['stage']: part['instructions'] for part in told['explain']}
+        self.assertGreater(parts['contact'], 100_000)
+        effects = {effect['effect']: effect for effect in told['effects']}
+        for name in ('contact-damping', 'gravity', 'viscosity', 'slew', 'start-inside', 'soft-start', 'torque'):
+            self.assertTrue(10 < effects[name]['instructions'] < 2000, effects[name])
+            self.assertNotIn('contact', effects[name]['elsewhere'])
+        self.assertGreater(effects['friction']['instructions'], 10_000)
+        self.assertGreater(effects['friction']['elsewhere']['contact'], 5_000)
 
     def test_guards(self):
         """A loop that hums (count weighting, stiff): passivity calms it, and each list of guards does what it says."""

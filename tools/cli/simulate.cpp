@@ -154,11 +154,14 @@ json explained(const TickCosts &costs)
     for (const StageCost &stage : costs.stages) {
         json entry = {{stage.is_effect ? "effect" : "stage", stage.name},
                       {"reads", stage.reads},
+                      {"changes", stage.changes},
                       {"ns", number(stage.ns)},
                       {"instructions", number(stage.instructions)}};
         if (stage.is_effect) {
             entry["in"] = stage.is_in;
             entry["why_not"] = stage.why_not;
+            entry["elsewhere"] = json::object();
+            for (const auto &[name, instructions] : stage.elsewhere) entry["elsewhere"][name] = instructions;
         }
         out[stage.is_effect ? "effects" : "stages"].push_back(entry);
     }
@@ -184,17 +187,19 @@ void tell(const TickCosts &costs, double rate)
     }
     const std::string how =
         costs.not_counted.empty()
-            ? fmt::format("a mean of {} ticks, stepped through one by one", costs.counted_ticks)
+            ? costs.counted_ticks == 1
+                  ? "of one tick near the mean, stepped through one by one"
+                  : fmt::format("a mean of {} ticks, stepped through one by one", costs.counted_ticks)
             : "not counted here: " + costs.not_counted;
     fmt::print("  (instructions: {})\n", how);
     const auto line = [](const StageCost &stage) {
-        fmt::print("  {:<16} {} ns {:>8} instructions  reads {}\n", stage.name,
+        fmt::print("  {:<16} {} ns {:>9} instructions  reads {}{}\n", stage.name,
                    stage.is_effect ? fmt::format("{:>+7.0f}", *stage.ns)
                                    : fmt::format("{:>7.0f}", std::max(*stage.ns, 0.0)),
-                   signed_count(stage.instructions, stage.is_effect), stage.reads);
+                   signed_count(stage.instructions, stage.is_effect), stage.reads,
+                   stage.changes.empty() ? "" : "; changes " + stage.changes);
     };
-    fmt::print("its stages in order, an effect's cost by a tick with it less one without; clamp: what the "
-               "others leave:\n");
+    fmt::print("its stages in order; an effect's cost is its own stage and what it changes in others:\n");
     for (const StageCost &stage : costs.stages)
         if (stage.is_in) line(stage);
     fmt::print("left out, and what each would cost as by default:\n");

@@ -64,6 +64,17 @@ InstructionCount::~InstructionCount()
     return step_count;
 }
 
+std::uint64_t InstructionCount::so_far() const
+{
+    return step_count;
+}
+
+void InstructionCount::stepping(bool counts)
+{
+    const unsigned long long flags = __builtin_ia32_readeflags_u64() & ~trap_flag;
+    __builtin_ia32_writeeflags_u64(flags | (counts ? trap_flag : 0));
+}
+
 std::uint64_t InstructionCount::counted(void (*work)(void *), void *user)
 {
     return why_not_.empty() ? steps(work, user) - around_ : 0;
@@ -82,6 +93,13 @@ std::uint64_t InstructionCount::counted(void (*)(void *), void *)
 {
     return 0;
 }
+
+std::uint64_t InstructionCount::so_far() const
+{
+    return 0;
+}
+
+void InstructionCount::stepping(bool) {}
 
 #endif
 

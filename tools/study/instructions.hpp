@@ -31,6 +31,13 @@ class InstructionCount {
                        const_cast<void *>(static_cast<const void *>(std::addressof(work))));
     }
 
+    /// Within of(): what of it was counted until here. Always the same few instructions.
+    std::uint64_t so_far() const;
+
+    /// Within of(): from here on it goes at full speed and is not counted, or is again. Always the same few
+    /// instructions.
+    void stepping(bool counts);
+
   private:
     std::uint64_t counted(void (*work)(void *), void *user);
     std::uint64_t steps(void (*work)(void *), void *user);

@@ -2,22 +2,26 @@
 #include "study/stage_costs.hpp"
 
 #include "plan/plan_facts.hpp"
-#include "study/instructions.hpp"
-#include "study/simulated_loop.hpp"
+#include "study/watched_servo.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <limits>
+#include <numeric>
 #include <span>
 
 namespace voxshell {
 namespace {
 
-constexpr int passes = 7;
-constexpr double most_counted = 150'000; ///< instructions of a tick that is worth stepping through 14 times
-constexpr double most_steps = 60'000;    ///< instructions of one servo's ticks: a quarter of a second
+constexpr double most_ns = 1e9; ///< that the passes of one servo may take
+constexpr double instructions_a_ns =
+    8;                      ///< about, so that a tick's weight is known before it is stepped through
+constexpr double call = 32; ///< of an effect from within another stage
+constexpr double most_steps = 60'000; ///< instructions of one servo's ticks: half a second
+constexpr double most_counted = 20e6; ///< of one tick: a minute
 
 /// The device's states in the last ticks of a run.
 std::vector<vxs_device_state> states_of(const PlannedServo &planned, std::uint64_t ticks, Progress &progress)
@@ -41,39 +45,6 @@ std::vector<vxs_device_state> states_of(const PlannedServo &planned, std::uint64
     return states;
 }
 
-/// Contact and coupling by themselves, as the servo sets them up.
-class Alone {
-  public:
-    explicit Alone(const vxs_servo_config &config)
-        : config_(config), room_(vxs_contact_memory(config.shell, config.static_count)),
-          levels_(vxs_contact_levels_memory(config.shell)), filter_(vxs_coupling_memory())
-    {
-        require_ok(vxs_contact_init(room_.get(), room_.size(), config.shell, config.static_count, &contact_),
-                   "contact");
-        if (config.contact.most_points)
-            require_ok(vxs_contact_add_levels(contact_, levels_.get(), levels_.size()), "levels of detail");
-        require_ok(vxs_coupling_init(filter_.get(), filter_.size(), &config.coupling, &coupling_),
-                   "coupling");
-    }
-    void contact(const vxs_device_state &state)
-    {
-        vxs_contact_evaluate(contact_, config_.statics, config_.static_count, &state.pose, &config_.contact,
-                             &result);
-    }
-    void couple(const vxs_device_state &state)
-    {
-        vxs_wrench out;
-        vxs_coupling_step(coupling_, &result.wrench, &state.pose, &out);
-    }
-    vxs_contact_result result{};
-
-  private:
-    const vxs_servo_config &config_;
-    Memory room_, levels_, filter_;
-    vxs_contact *contact_ = nullptr;
-    vxs_coupling *coupling_ = nullptr;
-};
-
 vxs_servo_config with_effects(vxs_servo_config config, const std::vector<vxs_effect> &effects)
 {
     config.effects = effects.data();
@@ -81,42 +52,33 @@ vxs_servo_config with_effects(vxs_servo_config config, const std::vector<vxs_eff
     return config;
 }
 
-/// Runs work(0 .. count - 1) and counts that of `picks` of them, spread evenly; their mean.
-template<typename Work>
-double mean_count(InstructionCount &counter, std::uint64_t count, std::uint64_t picks, const Work &work)
+/// What servos with the same effects take in a mean tick, stage by stage.
+struct Profile {
+    ByStage ns, instructions; ///< instructions: of the counted ticks, 0 if none are
+    std::vector<ByStage> counted;
+    std::vector<vxs_pose> bodies; ///< in these ticks
+};
+
+double sum(const ByStage &shares)
 {
-    double sum = 0;
-    std::uint64_t taken = 0;
-    for (std::uint64_t n = 0; n < count; ++n) {
-        if (taken < picks && n == count * (2 * taken + 1) / (2 * picks)) {
-            sum += static_cast<double>(counter.of([&] { work(n); }));
-            ++taken;
-        } else {
-            work(n);
-        }
-    }
-    return sum / static_cast<double>(taken);
+    return std::accumulate(shares.of.begin(), shares.of.end(), 0.0);
 }
 
 class Costs {
   public:
     Costs(const PlannedServo &planned, double seconds, Progress &progress)
-        : planned_(planned), seconds_(seconds), progress_(progress)
+        : planned_(planned), seconds_(seconds), progress_(progress), contact_(stage_named("contact"))
     {
     }
 
     TickCosts run()
     {
         states_ = states_of(planned_, ticks_of(planned_, seconds_), progress_);
-        costs_.not_counted = counter_.why_not();
-        if (counts()) {
-            const double one = ticks_counted(planned_.config, 1);
-            picks_ = static_cast<std::uint32_t>(std::clamp(most_steps / one, 2.0, 16.0));
-            if (one > most_counted)
-                costs_.not_counted = fmt::format(
-                    "a tick here takes about {:.0f}, too many to step through for each stage", one);
-        }
-        if (counts()) costs_.counted_ticks = picks_;
+        progress_.stage("stages", 0);
+        watch_ns_ = watch_cost_ns(planned_.config, states_.front());
+        time_plan();
+        choose_counted();
+        count(planned_.config, true, plan_);
         parts();
         stages();
         return std::move(costs_);
@@ -125,84 +87,167 @@ class Costs {
   private:
     bool counts() const { return costs_.not_counted.empty(); }
 
-    double ticks_counted(const vxs_servo_config &config, std::uint32_t picks)
+    /// How many passes fit, each stage's share of a tick, and the plan's ticks by weight.
+    void time_plan()
     {
-        const Servo servo(config);
-        vxs_device_command command{};
-        progress_.check();
-        return mean_count(counter_, states_.size(), picks, [&](std::uint64_t n) {
-            vxs_servo_tick(servo.servo, &states_[n], &command, nullptr);
-        });
-    }
-
-    /// A tick over the states [ns]. Each pass from rest.
-    double tick_ns(const vxs_servo_config &config) const
-    {
-        const Servo servo(config);
-        vxs_device_command command{};
         const auto begin = Clock::now();
-        for (const vxs_device_state &state : states_) vxs_servo_tick(servo.servo, &state, &command, nullptr);
-        return double{ns_since(begin)} / static_cast<double>(states_.size());
+        {
+            const Servo servo(planned_.config);
+            vxs_device_command command{};
+            for (const vxs_device_state &state : states_)
+                vxs_servo_tick(servo.servo, &state, &command, nullptr);
+        }
+        passes_ = static_cast<int>(std::clamp(most_ns / double{ns_since(begin)}, 2.0, 7.0));
+        plan_.ns = times(planned_.config, &weight_);
     }
 
-    double difference_ns(const vxs_servo_config &with, const vxs_servo_config &without) const
+    /// Each tick's stages at the least of some passes, each from rest; their mean. weight: of each tick, its
+    /// contact [ns].
+    ByStage times(const vxs_servo_config &config, std::vector<double> *weight = nullptr) const
     {
-        double least_with = std::numeric_limits<double>::infinity(), least_without = least_with;
-        for (int pass = 0; pass < passes; ++pass) { // in turn, so that both meet the same machine
-            least_without = std::min(least_without, tick_ns(without));
-            least_with = std::min(least_with, tick_ns(with));
+        std::vector<ByStage> least(states_.size());
+        for (int pass = 0; pass < passes_; ++pass) {
+            WatchedServo servo(config);
+            for (std::size_t n = 0; n < states_.size(); ++n) {
+                if (n % 256 == 0) progress_.check();
+                const ByStage taken = watch_ns_.taken_from(servo.time(states_[n]));
+                for (std::uint32_t stage = 0; stage <= ByStage::most; ++stage)
+                    least[n][stage] = pass ? std::min(least[n][stage], taken[stage]) : taken[stage];
+            }
         }
-        return least_with - least_without;
+        ByStage mean;
+        for (const ByStage &tick : least) {
+            for (std::uint32_t stage = 0; stage <= ByStage::most; ++stage)
+                mean[stage] += std::max(tick[stage], 0.0) / static_cast<double>(least.size());
+            if (weight) weight->push_back(tick[contact_]);
+        }
+        return mean;
+    }
+
+    /// Which ticks are stepped through: some, spread evenly; one that is like the mean where they are heavy.
+    void choose_counted()
+    {
+        costs_.not_counted = counter_.why_not();
+        if (!counts()) return;
+        watch_ = watch_cost(planned_.config, states_.front(), counter_);
+        const double guess = instructions_a_ns * sum(plan_.ns);
+        if (guess > most_counted) {
+            costs_.not_counted = fmt::format("a tick here takes about {:.0f} us, too long to step through",
+                                             sum(plan_.ns) / 1e3);
+            return;
+        }
+        is_heavy_ = guess > most_steps;
+        const auto picks = static_cast<std::size_t>(std::clamp(most_steps / guess, 1.0, 16.0));
+        for (std::size_t n = 0; n < picks; ++n) picked_.push_back(states_.size() * (2 * n + 1) / (2 * picks));
+        if (is_heavy_) {
+            const auto like_the_mean = [&](double a, double b) {
+                return std::abs(a - plan_.ns[contact_]) < std::abs(b - plan_.ns[contact_]);
+            };
+            const auto at = std::min_element(weight_.begin(), weight_.end(), like_the_mean);
+            picked_ = {static_cast<std::size_t>(at - weight_.begin())};
+        }
+        costs_.counted_ticks = static_cast<std::uint32_t>(picked_.size());
+    }
+
+    /// Instructions of the picked ticks. Contact that is heavy is only stepped through where an effect says
+    /// that it changes it, or has moved the object.
+    void count(const vxs_servo_config &config, bool changes_contact, Profile &profile)
+    {
+        if (!counts()) return;
+        WatchedServo servo(config);
+        for (std::size_t n = 0; n < states_.size() && profile.counted.size() < picked_.size(); ++n) {
+            const std::size_t taken = profile.counted.size();
+            if (n != picked_[taken]) {
+                servo.time(states_[n]);
+                continue;
+            }
+            progress_.check();
+            const bool is_known = is_heavy_ && !changes_contact;
+            const TickShares shares = servo.count(states_[n], counter_, is_known ? contact_ : ByStage::none);
+            profile.counted.push_back(watch_.taken_from(shares));
+            profile.bodies.push_back(shares.body);
+            if (is_known && std::memcmp(&shares.body, &plan_.bodies[taken], sizeof shares.body) != 0) {
+                profile = {profile.ns, {}, {}, {}};
+                count(config, true, profile);
+                return;
+            }
+            if (is_known) profile.counted[taken][contact_] = plan_.counted[taken][contact_];
+        }
+        for (const ByStage &tick : profile.counted)
+            for (std::uint32_t stage = 0; stage <= ByStage::most; ++stage)
+                profile.instructions[stage] += tick[stage] / static_cast<double>(profile.counted.size());
+    }
+
+    /// What `with` takes beyond `without`: in the effect's own stage, and in the others as far as they run
+    /// other instructions (without a count: as far as the clock sees it).
+    void compare(const Profile &with, const Profile &without, std::uint32_t own, StageCost &cost)
+    {
+        cost.ns = with.ns[own];
+        if (counts()) cost.instructions = 0;
+        for (std::uint32_t stage = 0; stage <= ByStage::most; ++stage) {
+            const double more = with.instructions[stage] - without.instructions[stage];
+            if (counts()) *cost.instructions += more;
+            if (cost.is_in && stage != own) shared_.instructions[stage] += more;
+            if (stage == own || stage == ByStage::around || (counts() && std::abs(more) < call)) continue;
+            const double more_ns = with.ns[stage] - without.ns[stage];
+            *cost.ns += more_ns;
+            if (cost.is_in) shared_.ns[stage] += more_ns;
+            vxs_servo_stage other;
+            if (counts() && vxs_servo_stage_at(stage, &other) == VXS_OK)
+                cost.elsewhere.emplace_back(other.name, more);
+        }
     }
 
     /// The parts of the loop along the whole path: as often as the hand meets them.
     void parts()
     {
         const std::uint64_t ticks = std::min<std::uint64_t>(ticks_of(planned_, seconds_), 100'000);
-        const vxs_servo_config &config = planned_.config;
         const Simulated simulated(planned_);
-        const Servo servo(config);
+        const Servo servo(planned_.config);
+        WatchedServo watched(planned_.config);
         require_ok(vxs_device_arm(simulated.device), planned_.device);
-        Alone alone(config);
+        const std::uint32_t coupling = stage_named("coupling");
         std::array<std::vector<float>, 4> ns;
-        std::array<double, 4> sums{};
         vxs_device_state state{};
         vxs_device_command command{};
-        const std::uint64_t picks = std::min<std::uint64_t>(picks_, ticks);
+        const std::uint64_t picks = std::min<std::uint64_t>(16, ticks);
         std::uint64_t taken = 0;
+        double exchange = 0;
         progress_.stage("explain", ticks);
         for (std::uint64_t n = 0; n < ticks; ++n) {
             move_hand(simulated.device, planned_.hand.at(static_cast<double>(n) / planned_.rate));
-            const bool counted = counts() && taken < picks && n == ticks * (2 * taken + 1) / (2 * picks);
-            taken += counted;
-            const auto measure = [&](std::size_t part, const auto &work) {
-                if (counted) {
-                    sums[part] += static_cast<double>(counter_.of(work));
-                    return;
-                }
-                const auto begin = Clock::now();
+            const auto work = [&] { vxs_device_exchange(simulated.device, &command, &state, nullptr); };
+            auto begin = Clock::now();
+            if (counts() && taken < picks && n == ticks * (2 * taken + 1) / (2 * picks)) {
+                exchange += static_cast<double>(counter_.of(work));
+                ++taken;
+            } else {
                 work();
-                ns[part].push_back(ns_since(begin));
-            };
-            measure(0, [&] { vxs_device_exchange(simulated.device, &command, &state, nullptr); });
-            measure(1, [&] { alone.contact(state); });
-            measure(2, [&] { alone.couple(state); });
-            measure(3, [&] { vxs_servo_tick(servo.servo, &state, &command, nullptr); });
+                ns[0].push_back(ns_since(begin));
+            }
+            const ByStage shares = watch_ns_.taken_from(watched.time(state));
+            ns[1].push_back(static_cast<float>(shares[contact_]));
+            ns[2].push_back(static_cast<float>(std::max(shares[coupling], 0.0)));
+            begin = Clock::now();
+            vxs_servo_tick(servo.servo, &state, &command, nullptr);
+            ns[3].push_back(ns_since(begin));
             progress_.advance(1);
             if (n % 256 == 0) progress_.check();
         }
-        const std::array<std::pair<const char *, std::string>, 4> said = {
-            {{"exchange", fmt::format("{}: pose and velocity in, the last command out", planned_.device)},
-             {"contact", what_contact_is()},
-             {"coupling", what_coupling_is()},
-             {"tick", what_a_tick_is()}}};
+        const ByStage &count = plan_.instructions;
+        const std::array<LoopPart, 4> said = {
+            {{"exchange",
+              fmt::format("{}: pose and velocity in, the last command out", planned_.device),
+              {},
+              exchange / static_cast<double>(std::max<std::uint64_t>(taken, 1))},
+             {"contact", what_contact_is(), {}, count[contact_]},
+             {"coupling", what_coupling_is(), {}, count[coupling]},
+             {"tick", what_a_tick_is(), {}, sum(count)}}};
         for (std::size_t part = 0; part < 4; ++part) {
-            LoopPart &out = costs_.parts.emplace_back();
-            out.name = said[part].first;
-            out.what = said[part].second;
+            LoopPart &out = costs_.parts.emplace_back(said[part]);
             if (ns[part].empty()) ns[part].push_back(0); // a single tick, which was counted
             out.ns = durations(ns[part]);
-            if (counts()) out.instructions = sums[part] / static_cast<double>(taken);
+            if (!counts()) out.instructions.reset();
         }
     }
 
@@ -233,23 +278,35 @@ class Costs {
 
     void stages()
     {
-        std::uint32_t kind = 0;
-        const char *reads = nullptr;
+        vxs_servo_stage stage;
         progress_.stage("effects", 0);
-        if (counts()) tick_.instructions = ticks_counted(planned_.config, picks_);
-        for (std::uint32_t n = 0; const char *name = vxs_servo_stage_at(n, &kind, &reads); ++n) {
+        for (std::uint32_t n = 0; vxs_servo_stage_at(n, &stage) == VXS_OK; ++n) {
             progress_.check();
             StageCost &cost = costs_.stages.emplace_back();
-            cost.name = name;
-            cost.reads = reads;
-            cost.is_effect = kind != 0;
-            cost.is_in = !kind;
-            if (kind) measure_effect(kind, cost);
+            cost.name = stage.name;
+            cost.reads = stage.reads;
+            cost.changes = stage.changes ? stage.changes : "";
+            cost.is_effect = stage.effect != 0;
+            cost.is_in = !stage.effect;
+            if (cost.is_effect) measure_effect(stage.effect, n, cost);
         }
-        measure_rest();
+        // What is always there, without what effects make of it: that is in their lines.
+        for (std::uint32_t n = 0; n < costs_.stages.size(); ++n)
+            if (!costs_.stages[n].is_effect) always_there(n, costs_.stages[n]);
+        StageCost &rest = costs_.stages.emplace_back();
+        rest.name = "around";
+        rest.reads = "the device's state, the clock; checks both and writes the command";
+        rest.is_in = true;
+        always_there(ByStage::around, rest);
     }
 
-    void measure_effect(std::uint32_t kind, StageCost &cost)
+    void always_there(std::uint32_t stage, StageCost &cost) const
+    {
+        cost.ns = plan_.ns[stage] - shared_.ns[stage];
+        if (counts()) cost.instructions = plan_.instructions[stage] - shared_.instructions[stage];
+    }
+
+    void measure_effect(std::uint32_t kind, std::uint32_t stage, StageCost &cost)
     {
         const vxs_servo_config &config = planned_.config;
         std::vector<vxs_effect> without, with;
@@ -258,74 +315,34 @@ class Costs {
         cost.is_in = !with.empty();
         if (!cost.is_in) vxs_effect_default(kind, &with.emplace_back());
         with.insert(with.end(), without.begin(), without.end());
-        const vxs_servo_config asked = with_effects(config, with), bare = with_effects(config, without);
-        if (const vxs_result result = vxs_servo_config_check(&asked); result != VXS_OK) {
+        const vxs_servo_config other = with_effects(config, cost.is_in ? without : with);
+        if (const vxs_result result = vxs_servo_config_check(&other); result != VXS_OK) {
             cost.why_not =
                 result == VXS_PARAM ? "needs more than its constants by default" : vxs_result_text(result);
             return;
         }
-        cost.ns = difference_ns(asked, bare);
-        if (!counts()) return;
-        const double other = ticks_counted(cost.is_in ? bare : asked, picks_);
-        cost.instructions = cost.is_in ? *tick_.instructions - other : other - *tick_.instructions;
-    }
-
-    /// Of the stages that are always there: contact and coupling alone, and what is left of a tick.
-    void measure_rest()
-    {
-        tick_.ns = std::numeric_limits<double>::infinity();
-        double contact_ns = *tick_.ns, coupling_ns = *tick_.ns;
-        std::vector<vxs_wrench> wrenches(states_.size());
-        const auto each = static_cast<double>(states_.size());
-        for (int pass = 0; pass < passes; ++pass) {
-            tick_.ns = std::min(*tick_.ns, tick_ns(planned_.config));
-            Alone alone(planned_.config);
-            auto begin = Clock::now();
-            for (std::size_t n = 0; n < states_.size(); ++n) {
-                alone.contact(states_[n]);
-                wrenches[n] = alone.result.wrench;
-            }
-            contact_ns = std::min(contact_ns, double{ns_since(begin)} / each);
-            begin = Clock::now();
-            for (std::size_t n = 0; n < states_.size(); ++n) {
-                alone.result.wrench = wrenches[n];
-                alone.couple(states_[n]);
-            }
-            coupling_ns = std::min(coupling_ns, double{ns_since(begin)} / each);
-        }
-        std::optional<double> contact, coupling;
-        if (counts()) {
-            Alone alone(planned_.config);
-            contact = mean_count(counter_, states_.size(), picks_,
-                                 [&](std::uint64_t n) { alone.contact(states_[n]); });
-            coupling = mean_count(counter_, states_.size(), picks_, [&](std::uint64_t n) {
-                alone.result.wrench = wrenches[n];
-                alone.couple(states_[n]);
-            });
-        }
-        StageCost rest;
-        rest.ns = *tick_.ns - contact_ns - coupling_ns;
-        if (counts()) rest.instructions = *tick_.instructions - *contact - *coupling;
-        for (const StageCost &stage : costs_.stages) {
-            if (!stage.is_effect || !stage.is_in) continue;
-            *rest.ns -= stage.ns.value_or(0);
-            if (rest.instructions) *rest.instructions -= stage.instructions.value_or(0);
-        }
-        for (StageCost &stage : costs_.stages) {
-            if (stage.is_effect) continue;
-            const bool is_contact = stage.name == "contact", is_coupling = stage.name == "coupling";
-            stage.ns = is_contact ? contact_ns : is_coupling ? coupling_ns : *rest.ns;
-            stage.instructions = is_contact ? contact : is_coupling ? coupling : rest.instructions;
-        }
+        Profile changed;
+        changed.ns = times(other);
+        count(other, cost.changes.find("contact") != std::string::npos, changed);
+        if (cost.is_in)
+            compare(plan_, changed, stage, cost);
+        else
+            compare(changed, plan_, stage, cost);
     }
 
     const PlannedServo &planned_;
     const double seconds_;
     Progress &progress_;
+    const std::uint32_t contact_;
     InstructionCount counter_;
-    std::uint32_t picks_ = 1;
+    WatchCost watch_, watch_ns_;
     std::vector<vxs_device_state> states_;
-    StageCost tick_; ///< of the plan as it is
+    std::vector<double> weight_;
+    int passes_ = 2;
+    std::vector<std::size_t> picked_; ///< ticks that are counted
+    bool is_heavy_ = false;
+    Profile plan_;   ///< of the plan as it is
+    Profile shared_; ///< what the plan's effects take within stages that are always there
     TickCosts costs_;
 };
 

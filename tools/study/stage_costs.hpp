@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace voxshell {
@@ -20,13 +21,14 @@ struct LoopPart {
     std::optional<double> instructions; ///< mean
 };
 
-/// A stage of the tick: of an effect (what a tick with it takes more than one without) or always there
-/// (measured alone; clamp: what the others leave of a tick).
+/// A stage of the tick: of an effect (its own stage, and what it changes in others: with it less without) or
+/// always there (without what the plan's effects change in it; `around`: what is in no stage).
 struct StageCost {
-    std::string name, reads;
+    std::string name, reads, changes;
     bool is_effect = false, is_in = false;
     std::optional<double> ns, instructions; ///< nothing: this scene cannot have it, or not counted
     std::string why_not;                    ///< it is not here
+    std::vector<std::pair<std::string, double>> elsewhere; ///< instructions of these in other stages
 };
 
 struct TickCosts {
@@ -37,8 +39,10 @@ struct TickCosts {
 };
 
 /// The states of a run of so many seconds (its last 5000 ticks at most) go through servos with and without
-/// each effect; what is not in the plan is as by default. Times: the least of several passes in turn.
-/// Instructions: of some of these ticks, spread evenly, stepped through one by one (study/instructions.hpp).
+/// each effect; what is not in the plan is as by default. Each stage is looked at by itself
+/// (study/watched_servo.hpp). Times: the least of several passes for each tick. Instructions: of some of
+/// these ticks, spread evenly, stepped through one by one (study/instructions.hpp); of one where ticks are
+/// heavy.
 TickCosts tick_costs(const PlannedServo &planned, double seconds, Progress &progress);
 
 } // namespace voxshell

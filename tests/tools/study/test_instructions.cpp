@@ -42,6 +42,41 @@ TEST_CASE("a loop of two instructions, a repeated one, nothing")
     CHECK(count.of([] {}) == 0);
 }
 
+TEST_CASE("parts of a count: what lies between two looks, and what is passed over")
+{
+    InstructionCount count;
+    if (!count.why_not().empty()) return;
+#if defined(__x86_64__)
+    const auto spin = [](std::uint64_t rounds) {
+        __asm__ volatile("1: dec %0\n jnz 1b" : "+r"(rounds)::"cc");
+    };
+    std::uint64_t looks[4], over = 0;
+    const auto work = [&](std::uint64_t first, std::uint64_t second) {
+        return count.of([&] {
+            looks[0] = count.so_far();
+            spin(first);
+            looks[1] = count.so_far();
+            count.stepping(false);
+            spin(second);
+            over = count.so_far();
+            count.stepping(true);
+            looks[2] = count.so_far();
+            spin(first);
+            looks[3] = count.so_far();
+        });
+    };
+    const std::uint64_t shorter = work(10, 10);
+    const std::uint64_t first = looks[1] - looks[0], between = looks[2] - looks[1];
+    CHECK(looks[3] - looks[2] == first);
+    CHECK(over - looks[1] < 20);
+    const std::uint64_t longer = work(1010, 70'000);
+    CHECK(longer - shorter == 4000);
+    CHECK(looks[1] - looks[0] == first + 2000);
+    CHECK(looks[2] - looks[1] == between);
+    CHECK(looks[3] - looks[2] == looks[1] - looks[0]);
+#endif
+}
+
 TEST_CASE("signals are as they were")
 {
     struct sigaction before, after;
