@@ -8,6 +8,7 @@
 
 #include "contact_state.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 #include <time.h>
@@ -118,6 +119,7 @@ static void fill_cluster(const vxs_pointshell *shell, uint32_t cluster,
             uint32_t own = middle_one(shell, points + first, last - first, chosen + low, high - low);
             double area = 0;
             for (uint32_t n = first; n < last; n++) area += (double)shell->area[points[n]];
+            if (area > (double)FLT_MAX) area = (double)FLT_MAX; /* no infinity, times depth 0 that is NaN */
             put(shell, arrays[level], (cluster * MOST >> (2 * level)) + group, own, area);
             chosen[group] = own;
         }

@@ -2,10 +2,10 @@
  *
  * Runs a fuzz target (libFuzzer's entry point) without libFuzzer: deterministic inputs, for the same number
  * of executions the same ones anywhere.
- *     fuzz_NAME [EXECUTIONS [SEED]]    random bytes, or a seed of the target's with bits, bytes and lengths
- *                                      changed, pieces doubled, dropped and spliced
- *     fuzz_NAME replay FOLDER          each file of a corpus once
- *     fuzz_NAME seeds FOLDER           writes the target's seeds, for libFuzzer to begin with (long.sh)
+ *     fuzz_NAME [EXECUTIONS [SEED]]    every seed of the target's; then random bytes, or a seed mutated: by
+ * the target's own way where it has one fuzz_NAME replay FOLDER          each file of a corpus once fuzz_NAME
+ * seeds FOLDER           writes the target's seeds, for libFuzzer to begin with (long.sh) With the CMake
+ * option VOXSHELL_FUZZ (clang) a target links to libFuzzer instead.
  */
 #define _DEFAULT_SOURCE 1 /* scandir */
 
@@ -17,7 +17,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST = 1024, SEEDS = 64, PATH = 4096 };
+enum { MOST = 1 << 15, RANDOM_MOST = 1024, SEEDS = 64, PATH = 4096 };
 
 static uint64_t state;
 
@@ -29,11 +29,19 @@ static uint32_t random_below(uint32_t end)
     return (uint32_t)((state >> 32) * end >> 32);
 }
 
-static size_t mutate(uint8_t *bytes, size_t size)
+/* A target without a way of its own has the driver's. */
+__attribute__((weak)) size_t LLVMFuzzerCustomMutator(uint8_t *bytes, size_t size, size_t most,
+                                                     unsigned int seed)
+{
+    (void)seed;
+    return LLVMFuzzerMutate(bytes, size, most);
+}
+
+size_t LLVMFuzzerMutate(uint8_t *bytes, size_t size, size_t most)
 {
     for (uint32_t n = 1 + random_below(5); n > 0; n--) {
         size_t at = size ? random_below((uint32_t)size) : 0;
-        size_t run = 1 + random_below(16), room = MOST - size;
+        size_t run = 1 + random_below(16), room = most - size;
         switch (random_below(8)) {
         case 0:
             if (size) bytes[at] ^= (uint8_t)(1 << random_below(8));
@@ -65,7 +73,7 @@ static size_t mutate(uint8_t *bytes, size_t size)
             size += run;
             break;
         default:
-            for (size_t i = 0; i < run && size < MOST; i++) bytes[size++] = (uint8_t)random_below(256);
+            for (size_t i = 0; i < run && size < most; i++) bytes[size++] = (uint8_t)random_below(256);
         }
     }
     return size;
@@ -125,14 +133,19 @@ int main(int count, char **arguments)
     unsigned long executions = count > 1 ? strtoul(arguments[1], NULL, 10) : 200000;
     state = 0x9E3779B97F4A7C15u ^ (count > 2 ? strtoul(arguments[2], NULL, 10) * 0xD1342543DE82EF95u : 0);
     clock_t began = clock();
+    for (uint32_t n = 0; n < SEEDS; n++) {
+        uint8_t bytes[MOST];
+        execute(bytes, fuzz_seed(n, bytes, MOST));
+    }
     for (unsigned long n = 0; n < executions; n++) {
         uint8_t bytes[MOST];
         size_t size = 0;
         if (random_below(8) == 0) {
-            size = random_below(MOST);
+            size = random_below(RANDOM_MOST);
             for (size_t i = 0; i < size; i++) bytes[i] = (uint8_t)random_below(256);
         } else {
-            size = mutate(bytes, fuzz_seed(random_below(SEEDS), bytes, MOST));
+            size = fuzz_seed(random_below(SEEDS), bytes, MOST);
+            size = LLVMFuzzerCustomMutator(bytes, size, MOST, random_below(1u << 30));
         }
         execute(bytes, size);
     }

@@ -16,6 +16,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 /* Writes seed number `number` (any) into at most `most` bytes; returns its size. */
 size_t fuzz_seed(uint32_t number, uint8_t *bytes, size_t most);
 
+/* As in libFuzzer; the driver has its own. Bits, bytes and lengths changed, pieces doubled, dropped and
+ * spliced. */
+size_t LLVMFuzzerMutate(uint8_t *bytes, size_t size, size_t most);
+
+/* A target may have its own way to mutate, in terms of that one. */
+size_t LLVMFuzzerCustomMutator(uint8_t *bytes, size_t size, size_t most, unsigned int seed);
+
 #define FUZZ_CHECK(condition)                                                                                \
     do {                                                                                                     \
         if (!(condition)) {                                                                                  \
