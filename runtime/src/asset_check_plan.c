@@ -107,7 +107,7 @@ static vxs_result check_pose(const plan_check *p, const char *rule, int which, u
 static int is_name(const uint8_t *text, size_t size, int (*is_letter)(uint8_t))
 {
     size_t length = 0;
-    while (length < size && text[length] && is_letter(text[length])) length++;
+    while (length < size && is_letter(text[length])) length++; /* 0 is none */
     return length > 0 && length < size && first_byte(text + length, size - length) == size - length;
 }
 

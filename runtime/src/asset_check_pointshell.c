@@ -106,7 +106,7 @@ static vxs_result check_measures(const shell_check *s)
 static vxs_result check_info(const shell_check *s)
 {
     const vxs_pointshell_info *info = s->info;
-    if (!(isfinite(info->voxel) && info->voxel >= 1e-12 && info->voxel <= 1e3))
+    if (!(info->voxel >= 1e-12 && info->voxel <= 1e3))
         return refuse_info(s, "S201", FIELD(voxel), "voxel is not within 1e-12 .. 1e3 m");
     if (info->kind != VXS_POINTSHELL_EXACT && info->kind != VXS_POINTSHELL_NAIVE)
         return refuse_info(s, "S202", FIELD(kind), "kind is neither exact nor naive");

@@ -106,7 +106,7 @@ static vxs_result refuse_grid(const map_check *m, const char *rule, size_t field
 static vxs_result check_box(const map_check *m)
 {
     const vxs_voxmap_grid *grid = m->grid;
-    if (!(isfinite(grid->voxel) && grid->voxel >= 1e-12 && grid->voxel <= 1e3))
+    if (!(grid->voxel >= 1e-12 && grid->voxel <= 1e3))
         return refuse_grid(m, "M201", FIELD(voxel), "voxel is not within 1e-12 .. 1e3 m");
     for (size_t axis = 0; axis < 3; axis++) {
         int64_t origin = grid->origin_cell[axis];
@@ -224,7 +224,7 @@ static vxs_result check_chunks(const map_check *m)
     for (uint64_t chunk = 0; chunk < chunk_count; chunk++) {
         const uint32_t *entries = m->chunks + chunk * VXS_VOXMAP_CHUNK_ENTRIES;
         uint64_t chunk_at = chunk * VXS_VOXMAP_CHUNK_ENTRIES * 4;
-        int uniform = entries[0] < VXS_VOXMAP_ENTRY_FIRST;
+        int uniform = 1; /* no two entries name one brick */
         for (uint32_t slot = 0; slot < VXS_VOXMAP_CHUNK_ENTRIES; slot++) {
             if (!take_entry(entries[slot], &next))
                 return refuse_at(m, "M303", CHNK, chunk_at + slot * 4u,
@@ -443,7 +443,7 @@ static uint32_t entry_around(const map_check *m, const uint32_t chunk[3])
 {
     const uint32_t *dims = m->grid->root_dims;
     uint32_t own = m->root[((uint64_t)chunk[0] * dims[1] + chunk[1]) * dims[2] + chunk[2]];
-    for (uint32_t n = 0; own < VXS_VOXMAP_ENTRY_FIRST && n < 27; n++) {
+    for (uint32_t n = 0; n < 27; n++) { /* one that names a chunk is like no other */
         const uint32_t at[3] = {chunk[0] + n / 9 - 1, chunk[1] + n / 3 % 3 - 1, chunk[2] + n % 3 - 1};
         uint32_t entry = VXS_CELL_FREE;
         if (at[0] < dims[0] && at[1] < dims[1] && at[2] < dims[2])

@@ -18,6 +18,7 @@ ROOT = os.path.join(HERE, "..", "..")
 sys.path += [os.path.join(ROOT, "formats", "reference"), os.path.join(ROOT, "tests", "golden")]
 
 import make_invalid  # noqa: E402
+import make_odd  # noqa: E402
 import read_asset  # noqa: E402
 
 BYTES = (0, 1, 0x7F, 0xFF)
@@ -117,6 +118,11 @@ def main(program, invalid):
         verdict = by_python(data)
         assert verdict.split()[0] == rule, f"{name}: Python says {verdict}"
     compare(program, "one rule broken", [(name, data) for name, _, data in made])
+    odd = list(make_odd.invalid())
+    for name, rule, data in odd:
+        assert by_python(data).split()[0] == rule, f"{name}: Python says {by_python(data)}"
+    compare(program, "odd ones", [(name, data) for name, _, data in odd])
+    assert compare(program, "odd, but valid", make_odd.valid()) == {"OK"}
     covered = {rule for _, rule, _ in made} | make_invalid.NOT_MADE
     assert covered == ids_of_the_specs(), f"rules without a file, or the reverse: {covered ^ ids_of_the_specs()}"
 
