@@ -71,18 +71,27 @@ StudyClaim rounded(const AccuracyResult &result, const Study &study)
     const StudyTable &table = study.table("rounding");
     Account a(
         study, "rounding", "Points in floats cost less than a thousandth of the force",
-        "A point in a float is a few nanometres off. What shows is a point that its float puts into another "
-        "cell: where a face of what moves lies exactly in a plane between cells, rounding alone decides on "
-        "which "
-        "side, and with normals of their own such points count half a cell more or less.");
+        "A point in a float is a few nanometres off, and that costs next to nothing. What shows is a "
+        "point in a plane between two cells: rounding alone decides on which side of it. A path that keeps "
+        "a coordinate keeps whole rows of an exact shell's points there, where the shell's own grid cut "
+        "the surface; moved by a part of a cell the same path has none of it. Each such point counts half "
+        "a cell more or less, and where forces cancel, as around a peg in a hole, what is left of them is "
+        "small beside that.");
     double most = 0;
+    std::size_t worst = 0;
     for (std::size_t n = 0; n < result.rounding.size(); ++n) {
+        if (result.rounding[n].poses == "moved") continue;
+        if (result.rounding[n].wrench > result.rounding[worst].wrench) worst = n;
         most =
             std::max(most, 1e-6 * a.say(fmt::format("{}{} @ ppm", n ? "; " : "", result.rounding[n].config),
                                         table, n, "rms_ppm"));
         a.say(" (worst pose @)", table, n, "worst_ppm");
     }
-    a.say(".");
+    a.say(". Of the worst of these @ % of the points lie in planes between cells", table, worst,
+          "in_planes_pct");
+    a.say(" and forces cancel to one part in @; ", table, worst, "cancelled");
+    a.say("with all poses moved by 0.29 cells along each axis it is @ ppm", table, worst + 1, "rms_ppm");
+    a.say(" with @ % in planes.", table, worst + 1, "in_planes_pct");
     return a.judged(verdict_of(most < 1e-3, most < 1e-2));
 }
 

@@ -14,6 +14,7 @@ namespace voxshell {
 namespace {
 
 constexpr double us = 1e-3;
+constexpr double middle_law = (VXS_CONTACT_ORIGINAL + VXS_CONTACT_PATCH) / 2.0;
 
 struct Look {
     const char *name, *colour;
@@ -60,9 +61,9 @@ struct Range {
         low = std::min(low, value);
         high = std::max(high, value);
     }
+    bool is_empty() const { return !(high > 0); }
     std::string axis(char name) const
     {
-        if (!(high > 0)) return log_axis(name, 0.1, 1); // nothing of this was met
         const double end = name == 'y' ? std::max(high, 1.5 * low) : high;
         return log_axis(name, low / 1.5, end * 1.35);
     }
@@ -71,56 +72,74 @@ struct Range {
 struct Cost {
     const char *id, *title, *caption, *axis;
     bool timed;
+    bool by_law; ///< else it hangs on voxel edge, field and shell alone, and laws stand side by side
     double (*of)(const AccuracyRow &);
 };
+
+/// Whether another weighting of the same errs less.
+bool is_beaten_by_weighting(const AccuracyResult &result, const AccuracyRow &row)
+{
+    return std::any_of(result.rows.begin(), result.rows.end(), [&](const AccuracyRow &r) {
+        AccuracyConfig config = r.config;
+        config.method.weighting = row.config.method.weighting;
+        return config == row.config && r.error < row.error;
+    });
+}
 
 /// Error against a cost: all configurations, what nothing beats, the scene's own and the one that is advised.
 StudyFigure pareto(const AccuracyResult &result, const Advice &advice, const Cost &cost)
 {
     StudyFigure figure{
-        cost.id, cost.title, cost.caption, "law,field,shell,weighting,voxel_mm,cost,error_pct,mark\n",
+        cost.id, cost.title, cost.caption, "law,field,shell,weighting,voxel_mm,cost,error_pct,mark,place\n",
         "",      900,        600,          cost.timed};
     const AccuracyConfig own{result.scene.voxel, result.scene.method};
     Range x, y;
-    for (std::size_t n = 0; n < result.rows.size(); ++n) {
-        const AccuracyRow &r = result.rows[n];
-        const Method &m = r.config.method;
+    for (const AccuracyRow &r : result.rows) {
         x.take(cost.of(r));
         y.take(100 * r.error);
-        figure.csv += fmt::format("{},{},{},{},{:g},{:.6g},{:.6g},{}\n", law_name(m.law), field_name(m.field),
-                                  shell_name(m.shell), weighting_name(m.weighting), 1e3 * r.config.voxel,
-                                  cost.of(r), 100 * r.error, r.config == own ? "own" : "-");
+    }
+    const double aside = cost.by_law ? 1 : std::pow(1.82 * x.high / x.low, 0.018);
+    const auto place = [&](const AccuracyRow &r) {
+        return cost.of(r) * std::pow(aside, static_cast<double>(r.config.method.law) - middle_law);
+    };
+    for (const AccuracyRow &r : result.rows) {
+        const Method &m = r.config.method;
+        if (!cost.by_law && !(r.config == own) && is_beaten_by_weighting(result, r)) continue;
+        figure.csv +=
+            fmt::format("{},{},{},{},{:g},{:.6g},{:.6g},{},{:.6g}\n", law_name(m.law), field_name(m.field),
+                        shell_name(m.shell), weighting_name(m.weighting), 1e3 * r.config.voxel, cost.of(r),
+                        100 * r.error, r.config == own ? "own" : "-", place(r));
     }
     if (cost.timed && advice.taken) {
         const AccuracyRow &r = result.rows[*advice.taken];
-        figure.csv += fmt::format(",,,,,{:.6g},{:.6g},advised\n", cost.of(r), 100 * r.error);
+        figure.csv += fmt::format(",,,,,{:.6g},{:.6g},advised,{:.6g}\n", cost.of(r), 100 * r.error, place(r));
     }
     for (const std::size_t n : front(result, cost.of))
-        figure.csv +=
-            fmt::format(",,,,,{:.6g},{:.6g},front\n", cost.of(result.rows[n]), 100 * result.rows[n].error);
+        figure.csv += fmt::format(",,,,,{0:.6g},{1:.6g},front,{0:.6g}\n", cost.of(result.rows[n]),
+                                  100 * result.rows[n].error);
     figure.script = "set tmargin 1\nset bmargin 6\nset rmargin 24\n" + x.axis('x') + y.axis('y') +
                     fmt::format("set xlabel '{}'\nset ylabel 'error of force and torque [%]'\n"
                                 "set key at graph 1.03, graph 1 left top Left reverse samplen 1.5\nplot ",
                                 cost.axis);
-    figure.script += fmt::format("$data using (strcol(8) eq 'front' ? $6 : NaN):7 with steps lw 1.5 lc rgb "
+    figure.script += fmt::format("$data using (strcol(8) eq 'front' ? $9 : NaN):7 with steps lw 1.5 lc rgb "
                                  "'{}' title 'beaten by none'",
                                  palette::black);
     for (const Look &law : laws) {
         for (const Symbol &field : fields) {
             if (std::string(law.name) == "gradient" && std::string(field.name) != "distance") continue;
             figure.script +=
-                fmt::format(", $data using (strcol(1) eq '{}' && strcol(2) eq '{}' ? $6 : NaN):7 with points "
+                fmt::format(", $data using (strcol(1) eq '{}' && strcol(2) eq '{}' ? $9 : NaN):7 with points "
                             "pt {} ps 1.1 lw 1.3 lc rgb '{}' notitle",
                             law.name, field.name, field.point, law.colour);
         }
     }
     figure.script +=
-        fmt::format(", $data using (strcol(8) eq 'own' ? $6 : NaN):7 with points pt 4 ps 2.6 lw 2 lc rgb "
+        fmt::format(", $data using (strcol(8) eq 'own' ? $9 : NaN):7 with points pt 4 ps 2.6 lw 2 lc rgb "
                     "'{}' title 'as the scene is'",
                     palette::grey);
     if (cost.timed && advice.taken)
         figure.script +=
-            fmt::format(", $data using (strcol(8) eq 'advised' ? $6 : NaN):7 with points pt 6 ps 2.8 lw 2.5 "
+            fmt::format(", $data using (strcol(8) eq 'advised' ? $9 : NaN):7 with points pt 6 ps 2.8 lw 2.5 "
                         "lc rgb '{}' title 'advised'",
                         palette::black);
     for (const Look &law : laws)
@@ -271,6 +290,12 @@ StudyFigure filter_figure(const AccuracyResult &result)
         figure.csv += fmt::format("{},{:g},{:.6g},{:.6g}\n", base == 0 ? "mcneely" : "deep", r.hertz,
                                   1e3 * r.delay, 100 * r.noise);
     }
+    if (x.is_empty() || y.is_empty()) {
+        figure.absent =
+            "no two poses of the path follow each other in contact, so that there is no force over time "
+            "to be filtered.";
+        return figure;
+    }
     figure.script = "set tmargin 1\nset bmargin 6\nset rmargin 32\n" + x.axis('x') + y.axis('y') +
                     "set xlabel 'delay [ms]'\nset ylabel 'noise [% of the force]'\n"
                     "set key at graph 1.03, graph 1 left top Left reverse samplen 2\nplot ";
@@ -357,13 +382,17 @@ std::vector<StudyFigure> accuracy_figures(const AccuracyResult &result, const Ad
          "A dot a configuration: colour is the law, shape the field; naive and exact shells, all voxel "
          "edges, all "
          "weightings. Down and to the left is better.",
-         "tick p99.9 [us]", true, [](const AccuracyRow &r) { return us * r.tick.p999; }},
+         "tick p99.9 [us]", true, true, [](const AccuracyRow &r) { return us * r.tick.p999; }},
         {"error_over_bytes", "Error against asset bytes: what is to be kept on the lab's machine",
-         "Map and shell together.", "assets [KiB]", false,
-         [](const AccuracyRow &r) { return r.asset_bytes / 1024; }},
+         "Map and shell together. Of each law the best of its weightings; laws cost the same and stand side "
+         "by "
+         "side.",
+         "assets [KiB]", false, false, [](const AccuracyRow &r) { return r.asset_bytes / 1024; }},
         {"error_over_conversion", "Error against conversion time: what is to be waited for once",
-         "Both assets, on this machine's threads.", "conversion [s]", true,
-         [](const AccuracyRow &r) { return r.conversion; }}};
+         "Both assets, on this machine's threads. Of each law the best of its weightings; laws cost the same "
+         "and "
+         "stand side by side.",
+         "conversion [s]", true, false, [](const AccuracyRow &r) { return r.conversion; }}};
     std::vector<StudyFigure> figures;
     for (const Cost &cost : costs) figures.push_back(pareto(result, advice, cost));
     figures.push_back(over_voxel(result));

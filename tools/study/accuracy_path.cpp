@@ -64,7 +64,8 @@ bool is_usable(const Foundation &f, const Distance &distance, double below)
     if (!(f.gross > 0) || f.wrong > wrong_share * f.gross) return false;
     Point deeper = f.deepest_at;
     for (std::size_t i = 0; i < 3; ++i) deeper[i] -= below * f.deepest_out[i];
-    return distance.side(deeper) < 0 && distance.nearest(deeper).distance >= f.deepest + 0.9 * below;
+    return distance.side(deeper) < 0 &&
+           distance.nearest(deeper, no_triangle).distance >= f.deepest + 0.9 * below;
 }
 
 std::vector<Wrench> wrenches(const std::vector<Foundation> &all)

@@ -22,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 constexpr double pi = std::numbers::pi;
 constexpr unsigned window = 16, passes = 3;
 constexpr double trace_seconds = 2, most_shift = 0.3;
+constexpr double tie = 1e-5;       ///< [cells] to a plane: several roundings of a float
+constexpr double off_plane = 0.29; ///< [cells]: no half, third or quarter
 
 double dot(const Point &a, const Point &b)
 {
@@ -37,25 +39,6 @@ Point difference(const Point &a, const Point &b)
 {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
-
-/// Map and shell of one voxel edge, the shell's grid as it is.
-struct Pair {
-    Pair(const AccuracyScene &scene, const AccuracyPath &path, double voxel, ShellKind kind,
-         Progress &progress)
-    {
-        PartOptions of_map;
-        of_map.voxel = voxel;
-        of_map.channels = {static_cast<int>(reach_of(VXS_CONTACT_LAYERS, voxel, path.deepest)),
-                           reach_of(VXS_CONTACT_DISTANCE, voxel, path.deepest)};
-        map = make_part("static", scene.statics, of_map, progress);
-        PartOptions of_shell;
-        of_shell.voxel = voxel;
-        of_shell.shell = kind;
-        of_shell.stands = false;
-        shell = make_part("dynamic", scene.dynamic, of_shell, progress);
-    }
-    MadePart map, shell;
-};
 
 /// Contact alone, evaluated at poses.
 class Contact {
@@ -96,8 +79,33 @@ std::vector<AccuracyConfig> compared(const AccuracyScene &scene)
 
 } // namespace
 
-std::vector<CullingRow> run_culling(const AccuracyScene &scene, const AccuracyPath &path, FinishedWork &work,
-                                    Progress &progress)
+const vxs_voxmap &StepAssets::map()
+{
+    if (!map_.part) {
+        PartOptions options;
+        options.voxel = scene_.voxel;
+        options.channels = {static_cast<int>(reach_of(VXS_CONTACT_LAYERS, scene_.voxel, path_.deepest)),
+                            reach_of(VXS_CONTACT_DISTANCE, scene_.voxel, path_.deepest)};
+        map_ = make_part("static", scene_.statics, options, progress_);
+    }
+    return map_.part->map;
+}
+
+const vxs_pointshell &StepAssets::shell(ShellKind kind)
+{
+    MadePart &made = shells_[kind == ShellKind::exact];
+    if (!made.part) {
+        PartOptions options;
+        options.voxel = scene_.voxel;
+        options.shell = kind;
+        options.stands = false;
+        made = make_part("dynamic", scene_.dynamic, options, progress_);
+    }
+    return made.part->shell;
+}
+
+std::vector<CullingRow> run_culling(const AccuracyScene &scene, const AccuracyPath &path, StepAssets &assets,
+                                    FinishedWork &work, Progress &progress)
 {
     const struct {
         const char *name;
@@ -116,11 +124,10 @@ std::vector<CullingRow> run_culling(const AccuracyScene &scene, const AccuracyPa
         const std::string name = "culling " + config.text();
         const std::vector<double> *done = work.find(name);
         if (!done) {
-            const Pair assets(scene, path, scene.voxel, ShellKind::exact, progress);
             std::vector<vxs_wrench> plain;
             std::vector<double> numbers;
             for (const auto &mode : modes) {
-                Contact contact(assets.map.part->map, assets.shell.part->shell, config.method);
+                Contact contact(assets.map(), assets.shell(ShellKind::exact), config.method);
                 if (vxs_contact_use(contact.contact, mode.kernel) != VXS_OK ||
                     vxs_contact_cull(contact.contact, mode.culling) != VXS_OK)
                     throw Failure(ExitCode::bug, scene.name, "a kernel that this machine has not");
@@ -183,10 +190,16 @@ std::vector<ExactPoint> exact_points(const vxs_pointshell &shell, const MeshDist
     return points;
 }
 
+struct InDoubles {
+    Wrench wrench;
+    double colliding = 0, gross = 0, in_planes = 0; ///< gross: sum of |force|; in_planes: of all points
+};
+
 /// METHOD section 3, original and average on the surface's cells, with k = 1 / h, as it reads.
-Wrench in_doubles(const std::vector<ExactPoint> &points, const vxs_voxmap &map, const vxs_pose &pose,
-                  bool average, double &colliding)
+InDoubles in_doubles(const std::vector<ExactPoint> &points, const vxs_voxmap &map, const vxs_pose &pose,
+                     bool average)
 {
+    InDoubles out;
     double r[9];
     vxs_pose_rotation(&pose, r);
     const auto turned = [&](const Point &v) {
@@ -202,6 +215,8 @@ Wrench in_doubles(const std::vector<ExactPoint> &points, const vxs_voxmap &map, 
         const Point arm = turned(p.at);
         const double at[3] = {pose.position[0] + arm[0], pose.position[1] + arm[1],
                               pose.position[2] + arm[2]};
+        out.in_planes += std::any_of(
+            at, at + 3, [&](double x) { return std::abs(x / map.voxel - std::round(x / map.voxel)) < tie; });
         std::int64_t cell[3];
         if (!vxs_voxmap_cell_of(&map, at, cell) ||
             vxs_voxmap_state_at(&map, cell[0], cell[1], cell[2]) != VXS_CELL_SURFACE)
@@ -213,68 +228,89 @@ Wrench in_doubles(const std::vector<ExactPoint> &points, const vxs_voxmap &map, 
         }
         hits.push_back(hit);
     }
-    colliding = static_cast<double>(hits.size());
+    out.colliding = static_cast<double>(hits.size());
     const double size = std::sqrt(dot(mean, mean));
-    Wrench sum;
     for (const Hit &hit : hits) {
         const Point n = average ? Point{mean[0] / size, mean[1] / size, mean[2] / size} : hit.normal;
         const double depth = std::max(0.0, dot(hit.to_middle, n)) / map.voxel;
         const Point turn = cross(hit.arm, n);
         for (std::size_t i = 0; i < 3; ++i) {
-            sum.force[i] += depth * n[i];
-            sum.torque[i] += depth * turn[i];
+            out.wrench.force[i] += depth * n[i];
+            out.wrench.torque[i] += depth * turn[i];
         }
+        out.gross += depth;
     }
-    return sum;
+    return out;
+}
+
+RoundingRow measured(const std::vector<vxs_pose> &poses, const std::vector<ExactPoint> &points,
+                     const vxs_voxmap &map, const vxs_pointshell &shell, const Method &method, double radius,
+                     Progress &progress)
+{
+    Contact contact(map, shell, method);
+    std::vector<Wrench> stored, exact;
+    double apart = 0, all = 0, gross = 0, net = 0;
+    RoundingRow row{};
+    for (const vxs_pose &pose : poses) {
+        progress.check();
+        const vxs_contact_result result = contact.at(pose);
+        const InDoubles found = in_doubles(points, map, pose, method.law == VXS_CONTACT_AVERAGE);
+        row.in_planes += found.in_planes / static_cast<double>(points.size() * poses.size());
+        if (result.flags & VXS_CONTACT_MEAN_CANCELLED) continue; // another law
+        exact.push_back(found.wrench);
+        stored.push_back(of(result.wrench));
+        apart += std::abs(found.colliding - result.points);
+        all += found.colliding;
+        gross += found.gross;
+        net += std::sqrt(dot(found.wrench.force, found.wrench.force));
+    }
+    double square = 0, worst = 0;
+    for (std::size_t n = 0; n < exact.size(); ++n) {
+        const Point f = difference(stored[n].force, exact[n].force),
+                    m = difference(stored[n].torque, exact[n].torque);
+        worst = std::max(worst, std::sqrt(dot(f, f) + dot(m, m) / (radius * radius)));
+        square += (dot(exact[n].force, exact[n].force) +
+                   dot(exact[n].torque, exact[n].torque) / (radius * radius)) /
+                  static_cast<double>(exact.size());
+    }
+    row.wrench = wrench_difference(stored, exact, radius);
+    row.worst = worst / std::sqrt(square);
+    row.other_cells = all > 0 ? apart / all : 0;
+    row.cancelled = gross / net;
+    return row;
 }
 
 } // namespace
 
 std::vector<RoundingRow> run_rounding(const AccuracyScene &scene, const AccuracyPath &path,
-                                      FinishedWork &work, Progress &progress)
+                                      StepAssets &assets, FinishedWork &work, Progress &progress)
 {
     std::vector<RoundingRow> rows;
     for (const ShellKind kind : {ShellKind::naive, ShellKind::exact}) {
-        std::unique_ptr<Pair> assets;
         for (const std::uint32_t law : {VXS_CONTACT_ORIGINAL, VXS_CONTACT_AVERAGE}) {
             const AccuracyConfig config{scene.voxel, {kind, law, VXS_CONTACT_SURFACE, VXS_CONTACT_COUNT}};
-            const std::vector<double> *done = work.find("rounding " + config.text());
-            if (!done) {
-                if (!assets) assets = std::make_unique<Pair>(scene, path, scene.voxel, kind, progress);
-                const vxs_voxmap &map = assets->map.part->map;
-                const vxs_pointshell &shell = assets->shell.part->shell;
-                double moved = 0;
-                const std::vector<ExactPoint> points =
-                    exact_points(shell, MeshDistance(scene.dynamic), moved);
-                Contact contact(map, shell, config.method);
-                std::vector<Wrench> stored, exact;
-                double apart = 0, all = 0;
-                for (const double t : path.times) {
-                    progress.check();
-                    const vxs_contact_result result = contact.at(hand_pose(scene, t));
-                    if (result.flags & VXS_CONTACT_MEAN_CANCELLED) continue; // another law
-                    double colliding = 0;
-                    exact.push_back(
-                        in_doubles(points, map, hand_pose(scene, t), law == VXS_CONTACT_AVERAGE, colliding));
-                    stored.push_back(of(result.wrench));
-                    apart += std::abs(colliding - result.points);
-                    all += colliding;
+            for (const bool is_moved : {false, true}) {
+                const std::string poses_text = is_moved ? "moved" : "as they are",
+                                  name = "rounding " + config.text() + ", " + poses_text;
+                const std::vector<double> *done = work.find(name);
+                if (!done) {
+                    double moved = 0;
+                    const std::vector<ExactPoint> points =
+                        exact_points(assets.shell(kind), MeshDistance(scene.dynamic), moved);
+                    std::vector<vxs_pose> poses;
+                    for (const double t : path.times) {
+                        poses.push_back(hand_pose(scene, t));
+                        if (!is_moved) continue;
+                        for (double &x : poses.back().position) x += off_plane * scene.voxel;
+                    }
+                    const RoundingRow r = measured(poses, points, assets.map(), assets.shell(kind),
+                                                   config.method, path.radius, progress);
+                    done =
+                        &work.add(name, {r.wrench, r.worst, r.other_cells, moved, r.in_planes, r.cancelled});
                 }
-                const double r = path.radius;
-                double square = 0, worst = 0;
-                for (std::size_t n = 0; n < exact.size(); ++n) {
-                    const Point f = difference(stored[n].force, exact[n].force),
-                                m = difference(stored[n].torque, exact[n].torque);
-                    worst = std::max(worst, std::sqrt(dot(f, f) + dot(m, m) / (r * r)));
-                    square += (dot(exact[n].force, exact[n].force) +
-                               dot(exact[n].torque, exact[n].torque) / (r * r)) /
-                              static_cast<double>(exact.size());
-                }
-                done = &work.add("rounding " + config.text(),
-                                 {wrench_difference(stored, exact, r), worst / std::sqrt(square),
-                                  all > 0 ? apart / all : 0, moved});
+                const std::vector<double> &v = *done;
+                rows.push_back({config.text(), poses_text, v[0], v[1], v[2], v[3], v[4], v[5]});
             }
-            rows.push_back({config.text(), (*done)[0], (*done)[1], (*done)[2], (*done)[3]});
             progress.advance(1);
         }
     }
@@ -382,16 +418,20 @@ double shift_of(const std::vector<Point> &in, const std::vector<Point> &out, dou
 } // namespace
 
 std::vector<FilterRow> run_filter(const AccuracyScene &scene, const AccuracyPath &path,
-                                  const std::vector<AccuracyConfig> &configs, FinishedWork &work,
-                                  Progress &progress)
+                                  const std::vector<AccuracyConfig> &configs, StepAssets &assets,
+                                  FinishedWork &work, Progress &progress)
 {
     std::vector<FilterRow> rows;
+    if (const Stretch s = longest(path);
+        s.count < 2 || !(path.ways[s.first + s.count - 1] > path.ways[s.first])) {
+        progress.advance(configs.size());
+        return rows;
+    }
     for (const AccuracyConfig &config : configs) {
         const std::string name = "filter " + config.text();
         const std::vector<double> *done = work.find(name);
         if (!done) {
-            const Pair assets(scene, path, config.voxel, config.method.shell, progress);
-            Contact contact(assets.map.part->map, assets.shell.part->shell, config.method);
+            Contact contact(assets.map(), assets.shell(config.method.shell), config.method);
             const Stroke stroke = stroke_of(scene, path);
             std::vector<Point> forces;
             double cross_sum = 0, square = 0, whole = 0;

@@ -14,7 +14,7 @@ namespace voxshell {
 namespace {
 
 constexpr PathOptions full_path{96, 12, 256, 6e6}, quick_path{32, 6, 96, 1e6};
-constexpr PathOptions check_path{6, 6, 24, 1e6, 3}; ///< of the own scenes, beside another one
+constexpr PathOptions check_path{6, 6, 8, 1e6, 3}; ///< of the own scenes, beside another one
 
 std::string lengths_text(const std::vector<AccuracyRow> &rows)
 {
@@ -103,9 +103,10 @@ AccuracyResult run_accuracy_study(const AccuracyScene &scene, const AccuracyOpti
     progress.stage("accuracy",
                    voxels * valid_methods().size() + 2 + 4 + bases.size() + scale_rows(options.quick));
     result.rows = run_accuracy(scene, result.path, options, work, progress);
-    result.culling = run_culling(scene, result.path, work, progress);
-    result.rounding = run_rounding(scene, result.path, work, progress);
-    result.filter = run_filter(scene, result.path, bases, work, progress);
+    StepAssets assets(scene, result.path, progress);
+    result.culling = run_culling(scene, result.path, assets, work, progress);
+    result.rounding = run_rounding(scene, result.path, assets, work, progress);
+    result.filter = run_filter(scene, result.path, bases, assets, work, progress);
     result.scale = run_scale(scene, result.path, options.quick, work, progress);
     return result;
 }

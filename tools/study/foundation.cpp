@@ -70,19 +70,19 @@ class Pressing {
         std::copy_n(pose.position, 3, at_.begin());
     }
 
-    Nearest look(const Point &own) const { return distance_.nearest(placed(own)); }
+    Nearest look(const Point &own, std::uint32_t near) const { return distance_.nearest(placed(own), near); }
 
     /// Asked where nobody knows.
     int side(const Point &own, int known) const { return known ? known : distance_.side(placed(own)); }
 
-    /// known: on which side its middle is; 0: nobody knows.
-    void press_triangle(const Corners &t, int known)
+    /// known: on which side its middle is; 0: nobody knows. near: where to begin to look.
+    void press_triangle(const Corners &t, int known, std::uint32_t near)
     {
         const Point middle = middle_of(t);
         const double far = reach(t, middle);
-        const Nearest nearest = look(middle);
+        const Nearest nearest = look(middle, near);
         if (nearest.distance > far) { // no surface in between: all of it is on one side
-            known = side(middle, known);
+            known = side(middle, known ? known : nearest.side);
             if (known > 0) return;
         } else {
             known = 0;
@@ -93,11 +93,11 @@ class Pressing {
             const Point a = between(t[0], t[1]), b = between(t[1], t[2]), c = between(t[2], t[0]);
             for (const Corners &quarter :
                  {Corners{t[0], a, c}, Corners{a, t[1], b}, Corners{c, b, t[2]}, Corners{a, b, c}})
-                press_triangle(quarter, known);
+                press_triangle(quarter, known, nearest.triangle);
             return;
         }
         ++sum.pieces;
-        if (side(middle, known) > 0) return;
+        if (side(middle, known ? known : nearest.side) > 0) return;
         const Point out{-nearest.away[0], -nearest.away[1], -nearest.away[2]};
         const Point twice = cross(minus(t[1], t[0]), minus(t[2], t[0]));
         const double share = nearest.distance * length(twice) / 2;
@@ -158,13 +158,13 @@ std::array<std::array<double, 2>, count> gauss()
 
 Distance distance_of(const MeshDistance &mesh)
 {
-    return {[&mesh](const Point &p) { return mesh.nearest(p); },
+    return {[&mesh](const Point &p, std::uint32_t near) { return mesh.nearest(p, near); },
             [&mesh](const Point &p) { return mesh.side(p); }};
 }
 
 Distance distance_of(std::function<Nearest(const Point &)> formula)
 {
-    return {[formula](const Point &p) {
+    return {[formula](const Point &p, std::uint32_t) {
                 Nearest n = formula(p);
                 if (n.distance < 0) n = {-n.distance, {-n.away[0], -n.away[1], -n.away[2]}};
                 return n;
@@ -220,22 +220,28 @@ FoundationSurface::FoundationSurface(const Mesh &mesh)
 Foundation FoundationSurface::at(const vxs_pose &pose, const Distance &distance, double spacing) const
 {
     Pressing pressing(pose, distance, spacing);
-    std::vector<std::pair<std::size_t, int>> open{{0, 0}};
+    struct Open {
+        std::size_t node;
+        int side;
+        std::uint32_t near;
+    };
+    std::vector<Open> open{{0, 0, no_triangle}};
     while (!open.empty()) {
-        const auto [at, known] = open.back();
-        const Node &node = nodes_[at];
+        const Open at = open.back();
+        const Node &node = nodes_[at.node];
         open.pop_back();
+        const Nearest there = pressing.look(node.middle, at.near);
         int side = 0;
-        if (pressing.look(node.middle).distance > node.radius) {
-            side = pressing.side(node.middle, known);
+        if (there.distance > node.radius) {
+            side = pressing.side(node.middle, at.side ? at.side : there.side);
             if (side > 0) continue;
         }
         if (node.second) {
-            open.push_back({node.second, side});
-            open.push_back({at + 1, side});
+            open.push_back({node.second, side, there.triangle});
+            open.push_back({at.node + 1, side, there.triangle});
         } else {
             for (std::size_t n = node.first; n < node.first + node.count; ++n)
-                pressing.press_triangle(triangles_[n], side);
+                pressing.press_triangle(triangles_[n], side, there.triangle);
         }
     }
     return pressing.sum;
@@ -246,11 +252,11 @@ Wrench ball_foundation(double radius, const Point &middle, const Distance &dista
     static const auto rule = gauss<24>();
     constexpr int around = 96;
     const auto signed_distance = [&](const Point &p) {
-        return distance.side(p) * distance.nearest(p).distance;
+        return distance.side(p) * distance.nearest(p, no_triangle).distance;
     };
     Wrench sum;
     if (signed_distance(middle) >= radius) return sum;
-    const Point out = distance.nearest(middle).away, in{-out[0], -out[1], -out[2]};
+    const Point out = distance.nearest(middle, no_triangle).away, in{-out[0], -out[1], -out[2]};
     Point across = std::abs(in[0]) < 0.6 ? Point{1, 0, 0} : Point{0, 1, 0};
     const double part = dot(across, in);
     for (std::size_t i = 0; i < 3; ++i) across[i] -= part * in[i];
@@ -277,7 +283,7 @@ Wrench ball_foundation(double radius, const Point &middle, const Distance &dista
         }
         for (const auto &[x, weight] : rule) {
             const double polar = in_contact * (x + 1) / 2;
-            const Nearest there = distance.nearest(place(polar));
+            const Nearest there = distance.nearest(place(polar), no_triangle);
             const double area = radius * radius * std::sin(polar) * weight * in_contact / 2 * 2 * pi / around;
             voxshell::press(sum, arm(polar), {-there.away[0], -there.away[1], -there.away[2]},
                             there.distance * area);

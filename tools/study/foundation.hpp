@@ -21,9 +21,9 @@ struct Wrench {
     Point torque{}; ///< about the moving frame's origin [m^4]
 };
 
-/// Distance of what stands: as MeshDistance has it, or a formula.
+/// Distance of what stands: MeshDistance's functions, or a formula's.
 struct Distance {
-    std::function<Nearest(const Point &)> nearest;
+    std::function<Nearest(const Point &, std::uint32_t near)> nearest;
     std::function<int(const Point &)> side;
 };
 Distance distance_of(const MeshDistance &mesh);

@@ -100,3 +100,39 @@ TEST_CASE("a mesh's distance: sign and way out at faces, edges and corners")
     CHECK(box.foot({0.5, 0.25, 3}) == Point{0.5, 0.25, 1});
     CHECK_THROWS_AS(MeshDistance(Mesh{"empty", {}, {}}), Failure);
 }
+
+TEST_CASE("what the nearest triangle tells of the side is what a ray says, wherever the search begins")
+{
+    const auto shifted = [](Mesh mesh, double by) {
+        for (Point &p : mesh.vertices) p[0] += by;
+        return mesh;
+    };
+    const auto both = [](Mesh a, const Mesh &b) {
+        const auto first = static_cast<std::uint32_t>(a.vertices.size());
+        a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
+        for (const Triangle &t : b.triangles)
+            a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+        return a;
+    };
+    // A ball; a ball in another one, wound as if it were solid too; two that cut each other: there nothing is
+    // told.
+    const Mesh one = ball(1, 24), nested = both(one, ball(0.5, 24)), cut = both(one, shifted(one, 0.7));
+    for (const Mesh *mesh : {&one, &nested, &cut}) {
+        const MeshDistance distance(*mesh);
+        unsigned told = 0, inside = 0;
+        std::uint32_t near = no_triangle;
+        for (unsigned n = 0; n < 2000; ++n) {
+            const auto in = [n](double factor) { return 3 * std::fmod(n * factor, 1) - 1.5; };
+            const Point p{in(0.7548776662466927), in(0.5698402909980532), in(0.8191725133961645)};
+            const Nearest nearest = distance.nearest(p), again = distance.nearest(p, near);
+            CHECK(nearest.distance == again.distance);
+            CHECK(nearest.side == again.side);
+            near = again.triangle;
+            if (nearest.side == 0) continue;
+            ++told;
+            inside += nearest.side < 0;
+            CHECK(nearest.side == distance.side(p));
+        }
+        CHECK((mesh == &cut ? told == 0 : told > 100 && inside > 50));
+    }
+}
