@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """voxshell study paper: what study_page.py asks of every study, and which scenarios ran. One seed; twice with VXS_STUDY_TWICE=1."""
+import os
 import pathlib
 import shutil
+import subprocess
 
 import browser
 import command
@@ -68,6 +70,18 @@ class Paper(study_page.StudyTest):
         for text in ('{', '[]', '{"schema": "voxshell-study/2"}', '{"schema": "voxshell-study/1", "study": 5}'):
             pathlib.Path(self.path('all', 'paper', 'summary.json')).write_text(text)
             self.refused(3, r'summary\.json: ', 'index', '-o', 'all', '--force', verb='study')
+
+    def test_interrupted_while_drawing(self):
+        """A signal to the group ends gnuplot too, one to the program alone does not: both are an interruption, not gnuplot's failure."""
+        fake = pathlib.Path(self.path('bin'), 'gnuplot')
+        fake.parent.mkdir()
+        for what in ('kill -TERM $$', 'kill -INT $PPID; exit 1'):
+            fake.write_text(f'#!/bin/sh\n{what}\n')
+            fake.chmod(0o755)
+            done = subprocess.run([command.BIN, 'study', *self.ARGUMENTS, '-o', self.path('study')], capture_output=True, text=True, timeout=60,
+                                  env={**os.environ, 'PATH': f'{fake.parent}:{os.environ["PATH"]}'})
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (130, '', 'voxshell study: interrupted\n'))
+            self.assertFalse(os.path.exists(self.path('study')))
 
     def test_refusals(self):
         self.refused(1, r'KIND', verb='study')

@@ -89,6 +89,9 @@ class StudyTest(command.CommandTest):
     def cell(self, name, row, column):
         return self.csv[name][row - 1][column]
 
+    def drawn(self):
+        return [figure for figure in self.told['figures'] if 'absent' not in figure]
+
     def test_summary(self):
         self.assertEqual(schema.problems(self.told, STUDY), [])
         self.assertEqual(self.told['command'], self.COMMAND)
@@ -106,6 +109,11 @@ class StudyTest(command.CommandTest):
                 text = self.cell(found['csv'], found['row'], found['column'])
                 self.assertEqual(None if text == '' else float(text), found['value'], claim['id'])
         for figure in self.told['figures']:
+            self.assertEqual('svg' in figure and 'png' in figure, 'absent' not in figure)
+            if 'absent' in figure:
+                self.assertEqual(self.csv[figure['csv']], [{'absent': figure['absent']}])
+                self.assertIn(figure['absent'], self.page.text)
+                continue
             self.assertTrue((self.study / figure['png']).read_bytes().startswith(b'\x89PNG'))
             svg = (self.study / figure['svg']).read_text()
             self.assertIn(self.told['command'], svg)
@@ -116,8 +124,9 @@ class StudyTest(command.CommandTest):
         self.assertEqual(len(self.page.ids), len(set(self.page.ids)))
         for link in self.page.links:
             self.assertTrue(link == 'data:,' or link.startswith('#') and link[1:] in self.page.ids, link)
-        self.assertEqual(len(self.page.sources), len(self.told['figures']))
-        for (tag, source, alt), figure in zip(self.page.sources, self.told['figures']):
+        drawn = self.drawn()
+        self.assertEqual(len(self.page.sources), len(drawn))
+        for (tag, source, alt), figure in zip(self.page.sources, drawn):
             self.assertEqual((tag, alt), ('img', figure['title']))
             kind, data = source.split(',', 1)
             self.assertEqual(kind, 'data:image/svg+xml;base64')
@@ -132,7 +141,7 @@ class StudyTest(command.CommandTest):
         self.assertLess(text.index('id="claims"'), text.index('id="figure-'))
         for claim in self.told['claims']:
             self.assertIn(f'claim-{claim["id"]}', self.page.ids)
-        self.assertEqual(text.count('<code>' + self.told['command'] + '</code>'), 1 + len(self.told['figures']))
+        self.assertEqual(text.count('<code>' + self.told['command'] + '</code>'), 1 + len(drawn))
 
     def test_numbers_are_traced(self):
         self.assertGreater(len(self.page.numbers), self.NUMBERS)
@@ -154,7 +163,7 @@ class StudyTest(command.CommandTest):
     def times(self):
         """Files that are not the same on every run; where the page shows a time it is one of them."""
         timed = {column['csv'] for table in self.told['tables'] for column in table['columns'] if 'csv' in column}
-        timed |= {figure[kind] for figure in self.told['figures'] if figure.get('timed') for kind in ('csv', 'svg', 'png')}
+        timed |= {figure[kind] for figure in self.drawn() if figure.get('timed') for kind in ('csv', 'svg', 'png')}
         return self.TIMES | timed | ({'summary.json', 'index.html'} if timed else set())
 
     def same_but_times(self, folder):
@@ -215,7 +224,7 @@ class StudyTest(command.CommandTest):
     def pictures_are_seen(self, seen, width):
         pictures = seen.run('''[...document.images].map(i => { const box = i.getBoundingClientRect();
             return [i.alt, i.complete ? i.naturalWidth : 0, box.left, box.right, box.height, i.checkVisibility()]; })''')
-        self.assertEqual([picture[0] for picture in pictures], [figure['title'] for figure in self.told['figures']])
+        self.assertEqual([picture[0] for picture in pictures], [figure['title'] for figure in self.drawn()])
         for alt, natural, left, right, tall, shown in pictures:
             self.assertTrue(shown and natural > 100 and tall > 50 and left >= 0 and left + 100 < right <= width, (alt, natural, left, right, tall, shown))
 

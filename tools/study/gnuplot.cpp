@@ -2,12 +2,14 @@
 #include "study/gnuplot.hpp"
 
 #include "cli/failure.hpp"
+#include "cli/progress.hpp"
 #include "study/temporary_folder.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -23,6 +25,13 @@ namespace voxshell {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A signal to the whole group, as ^C is, may end the child before this process knows of it.
+bool is_interrupted(int status)
+{
+    return interruption_requested() ||
+           (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM));
+}
 
 /// Runs gnuplot on the script; what it draws goes to `out`. Its exit code.
 int run_gnuplot(const fs::path &script, const fs::path &out, const fs::path &err)
@@ -47,7 +56,9 @@ int run_gnuplot(const fs::path &script, const fs::path &out, const fs::path &err
     int status = 0;
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+    if (code != 0 && is_interrupted(status)) throw Failure(ExitCode::interrupted, "", "interrupted");
+    return code;
 }
 
 std::string read_all(const fs::path &path)

@@ -29,7 +29,8 @@ inline constexpr const char *gnuplot_said_once = "unset label 100\n";
 /// A string of the script, whatever is in the text.
 std::string gnuplot_text(const std::string &text);
 
-/// What the script draws. Throws Failure(system) if gnuplot is not installed or fails.
+/// What the script draws. Thread-safe. Throws Failure: system (gnuplot is not installed or fails),
+/// interrupted (it was ended by SIGINT or SIGTERM).
 std::vector<std::uint8_t> gnuplot(const std::string &script);
 
 } // namespace voxshell

@@ -46,7 +46,10 @@ std::string section(const fs::path &study)
                 fails += fmt::format("<li>{} <span class=\"verdict\">{}</span></li>\n",
                                      page_text(claim.at("claim")), page_text(verdict));
         }
-        const json &figure = told.at("figures").at(0);
+        const json &figures = told.at("figures");
+        std::size_t first = 0;
+        while (first + 1 < figures.size() && figures.at(first).contains("absent")) ++first;
+        const json &figure = figures.at(first);
         const std::string svg = read_text(study / fs::path(figure.at("svg").get<std::string>()).filename());
         return fmt::format(
             "<h2 id=\"study-{0}\"><a href=\"{1}/index.html\">study {0}</a></h2>\n<p><code>{2}</code>: {3} "

@@ -193,11 +193,15 @@ std::string study_page(const Study &study, const std::vector<std::string> &svg)
     out += "</nav>\n" + fails(study) + answers(study) + claims(study);
     for (std::size_t n = 0; n < study.figures.size(); ++n) {
         const StudyFigure &figure = study.figures[n];
-        out += fmt::format("<h2 id=\"figure-{0}\">{1}</h2>\n<figure><img alt=\"{1}\" "
-                           "src=\"data:image/svg+xml;base64,{2}\">\n<figcaption>{3} Numbers: "
-                           "<code>{0}.csv</code>. Made by <code>{4}</code></figcaption></figure>\n",
-                           figure.id, page_text(figure.title), page_base64(svg[n]), page_text(figure.caption),
-                           page_text(study.command));
+        out += fmt::format("<h2 id=\"figure-{}\">{}</h2>\n", figure.id, page_text(figure.title));
+        if (figure.absent.empty())
+            out += fmt::format("<figure><img alt=\"{1}\" src=\"data:image/svg+xml;base64,{2}\">\n"
+                               "<figcaption>{3} Numbers: <code>{0}.csv</code>. Made by "
+                               "<code>{4}</code></figcaption></figure>\n",
+                               figure.id, page_text(figure.title), page_base64(svg[n]),
+                               page_text(figure.caption), page_text(study.command));
+        else
+            out += fmt::format("<p class=\"absent\">No picture: {}</p>\n", page_text(figure.absent));
         for (const StudyTable &table : study.tables) {
             if (table.figure == figure.id) out += table_text(table);
         }

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -167,11 +168,13 @@ std::string study_json(const Study &study)
                           {"numbers", numbers}});
     }
     for (const StudyFigure &figure : study.figures) {
-        figures.push_back({{"id", figure.id},
-                           {"title", figure.title},
-                           {"csv", figure.id + ".csv"},
-                           {"svg", figure.id + ".svg"},
-                           {"png", figure.id + ".png"}});
+        figures.push_back({{"id", figure.id}, {"title", figure.title}, {"csv", figure.id + ".csv"}});
+        if (figure.absent.empty()) {
+            figures.back()["svg"] = figure.id + ".svg";
+            figures.back()["png"] = figure.id + ".png";
+        } else {
+            figures.back()["absent"] = figure.absent;
+        }
         if (figure.timed) figures.back()["timed"] = true;
     }
     for (const StudyTable &table : study.tables) tables.push_back(as_json(table));
@@ -189,22 +192,34 @@ std::string study_json(const Study &study)
 void write_study(const Study &study, const std::filesystem::path &folder, Outputs &outputs,
                  Progress &progress)
 {
-    std::vector<std::string> svg;
-    progress.stage("pictures", study.figures.size());
-    for (const StudyFigure &figure : study.figures) {
+    struct Drawn {
+        std::vector<std::uint8_t> svg, png;
+    };
+    std::vector<Drawn> drawn(study.figures.size());
+    progress.stage("pictures", drawn.size());
+    tbb::parallel_for(std::size_t{0}, drawn.size(), [&](std::size_t n) {
         progress.check();
+        const StudyFigure &figure = study.figures[n];
         const auto draw = [&](Picture picture) {
             return gnuplot(gnuplot_sheet(picture, figure.width, figure.height) + "$data << END\n" +
                            figure.csv.substr(figure.csv.find('\n') + 1) +
                            "END\nset datafile separator ','\n" +
                            gnuplot_command(study.command, figure.height) + figure.script);
         };
-        const std::vector<std::uint8_t> drawn = draw(Picture::svg);
-        svg.emplace_back(drawn.begin(), drawn.end());
+        if (figure.absent.empty()) drawn[n] = {draw(Picture::svg), draw(Picture::png)};
+        progress.advance(1);
+    });
+    std::vector<std::string> svg;
+    for (std::size_t n = 0; n < drawn.size(); ++n) {
+        const StudyFigure &figure = study.figures[n];
+        svg.emplace_back(drawn[n].svg.begin(), drawn[n].svg.end());
+        if (!figure.absent.empty()) {
+            outputs.add(folder / (figure.id + ".csv"), "absent\n" + quoted(figure.absent) + "\n");
+            continue;
+        }
         outputs.add(folder / (figure.id + ".csv"), figure.csv);
         outputs.add(folder / (figure.id + ".svg"), svg.back());
-        outputs.add(folder / (figure.id + ".png"), draw(Picture::png));
-        progress.advance(1);
+        outputs.add(folder / (figure.id + ".png"), std::move(drawn[n].png));
     }
     for (const auto *tables : {&study.tables, &study.timings}) {
         for (const StudyTable &table : *tables) {

@@ -41,7 +41,8 @@ struct StudyFigure {
     std::string csv;    ///< what is drawn
     std::string script; ///< of gnuplot, without sheet and command
     int width, height;
-    bool timed = false; ///< draws what is not the same on every run
+    bool timed = false;   ///< draws what is not the same on every run
+    std::string absent{}; ///< why there is nothing to draw, a sentence: then there is no picture
 };
 
 /// A cell of a table, for a sentence.
