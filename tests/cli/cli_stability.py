@@ -43,6 +43,15 @@ class Stability(study_page.StudyTest):
         self.assertEqual(cells, sum(int(everything[key]) for key in ('calm_cells', 'hunting_cells', 'unstable_cells')))
         self.assertEqual(swinging, int(everything['calm_swinging']) + int(everything['hunting_swinging']) + int(everything['unstable_cells']) - int(everything['unstable_still']))
 
+    def test_quasi_static(self):
+        """The spring ends its stability, not the contact: where K_max says, and with what design takes nothing swings."""
+        rows = self.csv['springs.csv']
+        self.assertEqual(len(rows), len({row['device'] for row in rows}) * len(ARMS))
+        for row in rows:
+            self.assertLess(abs(float(row['found_over_foretold']) - 1), 0.05, row)
+            self.assertLess(float(row['designed_n_per_m']), float(row['k_max_n_per_m']))
+            self.assertEqual(row['swinging'], '0', row)
+
     def test_contact(self):
         for row in self.csv['contact_onset.csv']:
             ratio = float(row['found_over_k_max'])

@@ -119,6 +119,26 @@ StudyClaim contact(const Study &study)
     return a.judged(verdict_of(flat && std::abs(ball - 1) < close, flat && ball > 1 - close));
 }
 
+StudyClaim quasi_static(const Study &study)
+{
+    Account a(
+        study, "quasi-static",
+        "A quasi-static coupling is calm with contact of any stiffness, if its spring is one that the "
+        "device carries.",
+        "The device feels contact and spring in a row, the spring at most: theory has no line of contact "
+        "stiffness for it, and K_max bounds the spring instead. Run so, small motions begin to grow where "
+        "the spring passes that bound.");
+    const StudyTable &all = study.table("springs_agreement");
+    const double least = a.say("On a contact of 1e6 N/m they begin at @", all, 0, "ratio_least", "{:.4f}"),
+                 most = a.say(" to @ of the spring foretold", all, 0, "ratio_most", "{:.4f}");
+    a.say(" (@ loops). ", all, 0, "loops");
+    a.say("With the spring that design takes, at most @ of K_max, ", all, 0, "designed_share_most");
+    const double swing = a.say("@ of ", all, 0, "swinging");
+    a.say("@ pairs of loop and contact (1 to 1e6 N/m) swing.", all, 0, "cells");
+    const bool foretold = least > 1 - close && most < 1 + close;
+    return a.judged(verdict_of(foretold && swing == 0, foretold && swing < close * all.number(0, "cells")));
+}
+
 StudyClaim hard(const Study &study)
 {
     Account a(study, "hard", "Every law and field keeps the hard cases' bounds.",
@@ -139,8 +159,8 @@ StudyClaim hard(const Study &study)
 
 std::vector<StudyClaim> stability_claims(const Study &study)
 {
-    std::vector<StudyClaim> claims{foretold(study),   as_it_is(study),    passive(study),
-                                   five_hertz(study), recommended(study), contact(study)};
+    std::vector<StudyClaim> claims{foretold(study),    as_it_is(study),     passive(study), five_hertz(study),
+                                   recommended(study), quasi_static(study), contact(study)};
     const auto has_map = [](const StudyTable &table) { return table.id == "hard_totals"; };
     if (std::any_of(study.tables.begin(), study.tables.end(), has_map)) claims.push_back(hard(study));
     return claims;

@@ -151,6 +151,40 @@ StudyFigure amplitude_map(const StabilityRuns &runs, const std::string &device)
     return figure;
 }
 
+StudyFigure springs_figure(const StabilityRuns &runs)
+{
+    StudyFigure figure{"springs",
+                       "Quasi-static coupling: the spring at which it begins, foretold and found",
+                       "A contact of 1e6 N/m; each mark a device in a hand. Crosses: the spring that design "
+                       "takes for the device, "
+                       "calm with contacts of 1 to 1e6 N/m where they lie below the line.",
+                       "device,arm,foretold_n_per_m,found_n_per_m,designed_n_per_m\n",
+                       "",
+                       900,
+                       640};
+    for (const SpringMap &s : runs.springs)
+        figure.csv += fmt::format("{},{},{:.6g},{:.6g},{:.6g}\n", s.key.profile->name, s.key.arm->name,
+                                  s.foretold, s.found, s.designed);
+    figure.script = fmt::format(
+        "set tmargin 1\nset bmargin 6\nset lmargin 12\nset rmargin 3\nset logscale xy\nset format x "
+        "'10^{{%L}}'\nset format y '10^{{%L}}'\nset xlabel 'spring at which it begins, foretold [N/m]'\nset "
+        "ylabel "
+        "'spring [N/m]'\nset key top left Left reverse opaque\n"
+        "stats $data using 3 name 'X' nooutput\nstats $data using 5 name 'Y' nooutput\n"
+        "set xrange [X_min/2:X_max*2]\nset yrange [Y_min/2:X_max*4]\n"
+        "plot x with lines lw 1.5 lc rgb '{}' title 'as foretold', $data using 3:5 with points pt 2 ps 1.2 "
+        "lw 1.5 "
+        "lc rgb '{}' title 'as designed'",
+        palette::grey, palette::grey);
+    for (const auto &arm : arms)
+        figure.script +=
+            fmt::format(", $data using (strcol(2) eq '{}' ? $3 : NaN):4 with points pt {} ps 1.3 lw 1.8 lc "
+                        "rgb '{}' title 'found: {}'",
+                        arm.arm, arm.point, arm.colour, arm.arm);
+    figure.script += "\n";
+    return figure;
+}
+
 StudyFigure contact_onset(const StabilityRuns &runs)
 {
     StudyFigure figure{"contact_onset",
@@ -184,6 +218,7 @@ std::vector<StudyFigure> stability_figures(const StabilityRuns &runs)
 {
     std::vector<StudyFigure> figures{stability_map(runs)};
     for (const std::string &device : devices_of(runs)) figures.push_back(amplitude_map(runs, device));
+    figures.push_back(springs_figure(runs));
     figures.push_back(contact_onset(runs));
     return figures;
 }

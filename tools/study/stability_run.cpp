@@ -94,9 +94,14 @@ std::string LoopKey::filter() const
     return hertz > 0 ? fmt::format("PT2 {:g} Hz", hertz) : "none";
 }
 
+bool is_swing(const LoopKey &key, double amplitude)
+{
+    return amplitude > calm_steps * key.profile->resolution;
+}
+
 bool LoopMap::oscillates(std::size_t stiffness) const
 {
-    return amplitude[stiffness] > calm_steps * key.profile->resolution;
+    return is_swing(key, amplitude[stiffness]);
 }
 
 StabilityRuns run_stability(bool quick, Progress &progress)
@@ -112,6 +117,7 @@ StabilityRuns run_stability(bool quick, Progress &progress)
         runs.loops[n] = run_loop(keys[n], runs.stiffness, progress);
         progress.advance(1);
     });
+    runs.springs = run_springs(runs.loops, progress);
     runs.contacts = run_contact_onsets(runs.loops, quick, progress);
     return runs;
 }

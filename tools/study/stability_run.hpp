@@ -33,7 +33,7 @@ struct LoopMap {
     /// kick_way off the spring's middle; over two seconds after eight, or after another minute where it is
     /// foretold to calm down and has not yet.
     std::vector<double> amplitude;
-    bool oscillates(std::size_t stiffness) const; ///< by more than two encoder steps
+    bool oscillates(std::size_t stiffness) const;
 };
 
 /// One of them pressed against a floor by the real contact, bounded by most_stiffness: the bound at which
@@ -44,18 +44,34 @@ struct ContactOnset {
     double largest, found; ///< [N/m]
 };
 
+/// More than two encoder steps.
+bool is_swing(const LoopKey &key, double amplitude);
+
+/// A device in somebody's hand with a quasi-static coupling.
+struct SpringMap {
+    LoopKey key;
+    double designed;        ///< spring that `design` takes for the device in any hand or none [N/m]
+    double largest;         ///< K_max of the loop without a filter [N/m]
+    double foretold, found; ///< spring at which small motions begin to grow on a contact of 1e6 N/m [N/m]
+    std::vector<double> amplitude; ///< as LoopMap's, spring as designed, contacts of 1 to 1e6 N/m [m]
+    std::size_t swinging() const;
+};
+
 struct StabilityRuns {
     std::vector<double> stiffness; ///< [N/m]
     std::vector<LoopMap> loops;    ///< by device, arm and filter; no filter last
     std::vector<ContactOnset> contacts;
+    std::vector<SpringMap> springs; ///< by device and arm
 };
 
 inline constexpr double kick_way = 0.005; ///< [m]
 
-/// quick: the paper's two devices, and fewer filters and stiffnesses. The same numbers for any number of threads.
+/// quick: the paper's two devices, and fewer filters and stiffnesses. The same numbers for any number of
+/// threads.
 StabilityRuns run_stability(bool quick, Progress &progress);
 
 /// For run_stability().
+std::vector<SpringMap> run_springs(std::span<const LoopMap> loops, Progress &progress);
 std::vector<ContactOnset> run_contact_onsets(std::span<const LoopMap> loops, bool quick, Progress &progress);
 
 } // namespace voxshell

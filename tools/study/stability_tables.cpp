@@ -205,6 +205,68 @@ StudyTable arms_table(const StudyTable &filters)
     return table;
 }
 
+StudyTable springs_table(const StabilityRuns &runs)
+{
+    StudyTable table{
+        "springs",
+        "With a quasi-static coupling",
+        "What touches hangs on the device by a spring, and the device feels the two in a row: the spring at "
+        "most, "
+        "however stiff contact is. So the map has no line of contact stiffness for it; K_max is a bound of "
+        "the spring. Designed: what design takes for the device in any hand or none. Begins: the spring at "
+        "which small motions grow on a contact of 1e6 N/m, foretold 1 / (1 / K_max - 1 / 1e6), and found in "
+        "the "
+        "time domain. Swings: with the spring as designed, the device as it is, let go 5 mm off, on contacts "
+        "of "
+        "1, 10, ... 1e6 N/m.",
+        {{"device", "device"},
+         {"arm", "arm"},
+         {"k_max_n_per_m", "K_max without a filter [N/m]"},
+         {"designed_n_per_m", "spring as designed [N/m]"},
+         {"foretold_n_per_m", "begins at a spring of, foretold [N/m]"},
+         {"found_n_per_m", "found [N/m]"},
+         {"found_over_foretold", "found / foretold"},
+         {"contacts", "contacts"},
+         {"swinging", "that swing"},
+         {"swing_mm", "by up to [mm]"}},
+        {},
+        "springs"};
+    for (const SpringMap &s : runs.springs) {
+        const double most = *std::max_element(s.amplitude.begin(), s.amplitude.end());
+        table.rows.push_back({std::string(s.key.profile->name), std::string(s.key.arm->name), s.largest,
+                              s.designed, s.foretold, s.found, s.found / s.foretold,
+                              static_cast<double>(s.amplitude.size()), static_cast<double>(s.swinging()),
+                              s.swinging() > 0 ? 1e3 * most : 0});
+    }
+    return table;
+}
+
+/// Least and most of all springs.
+StudyTable springs_agreement(const StudyTable &springs)
+{
+    StudyTable table{"springs_agreement",
+                     "With a quasi-static coupling, all in all",
+                     "",
+                     {{"loops", "loops"},
+                      {"ratio_least", "found / foretold, least"},
+                      {"ratio_most", "most"},
+                      {"designed_share_most", "spring as designed / K_max, at most"},
+                      {"cells", "loops and contacts"},
+                      {"swinging", "that swing"}},
+                     {},
+                     "springs"};
+    double least = infinity, most = -infinity, share = 0, cells = 0, swinging = 0;
+    for (std::size_t n = 0; n < springs.rows.size(); ++n) {
+        least = std::min(least, springs.number(n, "found_over_foretold"));
+        most = std::max(most, springs.number(n, "found_over_foretold"));
+        share = std::max(share, springs.number(n, "designed_n_per_m") / springs.number(n, "k_max_n_per_m"));
+        cells += springs.number(n, "contacts");
+        swinging += springs.number(n, "swinging");
+    }
+    table.rows.push_back({static_cast<double>(springs.rows.size()), least, most, share, cells, swinging});
+    return table;
+}
+
 StudyTable contact_table(const StabilityRuns &runs)
 {
     StudyTable table{"contact_onset",
@@ -261,6 +323,9 @@ std::vector<StudyTable> stability_tables(const StabilityRuns &runs)
     tables.push_back(arms_table(filters));
     tables.push_back(std::move(filters));
     tables.push_back(loops_table(runs));
+    StudyTable springs = springs_table(runs);
+    tables.push_back(springs_agreement(springs));
+    tables.push_back(std::move(springs));
     tables.push_back(contact_ratios(contacts));
     tables.push_back(std::move(contacts));
     return tables;
