@@ -129,7 +129,8 @@ StudyFigure figure9(const PaperRuns &runs, bool across)
     }
     const double end = 5 * std::ceil(most / 5);
     figure.script = gnuplot_panels(figure.height, across ? 2 : 3, 1) +
-                    "set xrange [0:3]\nunset key\nset ylabel '[% of mean normal force]'\n" +
+                    fmt::format("set xrange [0:3]\nunset key\nset ylabel '{} [%]'\n",
+                                across ? "force across" : "normal force") +
                     (across ? fmt::format("set yrange [-{0}:{0}]\nset ytics 5\n", end)
                             : fmt::format("set yrange [0:{}]\nset ytics 50\n", end));
     figure.script +=
@@ -433,21 +434,25 @@ StudyFigure figure_wall(const StudyTable &wall)
             fmt::format("{},{},\"{}\",{},{},{}\n", word(2), word(3), word(5), wall.number(n, "level"),
                         wall.number(n, "speed_mm_per_s"), wall.number(n, "through_pct"));
     }
-    figure.script = gnuplot_panels(figure.height, 2, 3, 0.05, 2) +
-                    "unset key\nset logscale x\nset xrange [35:700]\nset xtics (50, 100, "
-                    "200, 500)\nset yrange [0:6]\nset ytics (1, 2, 3, 5)\n";
+    figure.script =
+        gnuplot_panels(figure.height, 2, 3, 0.05, 2) +
+        "unset key\nset logscale x\nset xrange [35:700]\nset xtics (50, 100, "
+        "200, 500)\nset yrange [0:6]\nset ytics (1, 2, 3, 5)\n" +
+        fmt::format("set label 101 'filled: comes through, open: held' at screen 0.975, screen {:.4f} "
+                    "right font ',14'\n",
+                    9.0 / figure.height);
     for (std::size_t n = 0; n < panels.size(); ++n) {
         std::string title = panels[n];
         title.replace(title.rfind(", "), 2, "\\n");
-        figure.script +=
-            fmt::format("set title \"{}\" font ',13'\nset xlabel '{}'\nset ylabel '{}'\nis(law, field, "
-                        "coupling) = law . ', ' . field . ', ' . coupling eq '{}'\n"
-                        "plot $data using (is(strcol(1), strcol(2), strcol(3)) ? $5 : NaN):4 with points pt "
-                        "6 ps 2.2 lw 1.5 lc rgb '{}', "
-                        "$data using (is(strcol(1), strcol(2), strcol(3)) && $6 > 0 ? $5 : NaN):4:(2.2 * "
-                        "sqrt($6 / 100)) with points pt 7 ps variable lc rgb '{}'\n{}",
-                        title, n >= 3 ? "speed [mm/s]" : "", n % 3 == 0 ? "thickness [e]" : "", panels[n],
-                        palette::grey, palette::vermilion, gnuplot_said_once);
+        figure.script += fmt::format(
+            "set title \"{}\" font ',13'\nset xlabel '{}'\nset ylabel '{}'\nis(law, field, "
+            "coupling) = law . ', ' . field . ', ' . coupling eq '{}'\n"
+            "plot $data using (is(strcol(1), strcol(2), strcol(3)) ? $5 : NaN):4 with points pt "
+            "6 ps 2.2 lw 1.5 lc rgb '{}', "
+            "$data using (is(strcol(1), strcol(2), strcol(3)) && $6 > 0 ? $5 : NaN):4:(2.2 * "
+            "sqrt($6 / 100)) with points pt 7 ps variable lc rgb '{}'\n{}",
+            title, n >= 3 ? "speed [mm/s]" : "", n % 3 == 0 ? "thickness [e]" : "", panels[n], palette::grey,
+            palette::vermilion, n == 0 ? "unset label 100\nunset label 101\n" : "");
     }
     figure.script += "unset multiplot\n";
     return figure;
