@@ -12,7 +12,9 @@ import sys
 import unittest
 
 import command
+import schema
 
+SIMULATE = schema.load(command.SOURCE / 'formats/schema/simulate.schema.json')
 GENERATOR = command.SOURCE / 'samples/models/generate.py'
 
 
@@ -81,7 +83,7 @@ class Simulate(command.CommandTest):
     def test_json(self):
         done = self.simulate('--format', 'json', '--explain', '--seconds', 1, '--device', 'sim:omega-3', '--quiet')
         told = json.loads(done.stdout)
-        self.assertEqual(told['schema'], 'voxshell-simulate/1')
+        self.assertEqual(schema.problems(told, SIMULATE), [])
         self.assertEqual(told['device'], 'sim:omega-3')
         self.assertEqual(told['ticks'], 1000)
         self.assertEqual([stage['stage'] for stage in told['explain']], ['exchange', 'contact', 'coupling', 'tick'])
@@ -175,6 +177,7 @@ class Simulate(command.CommandTest):
 
     def test_realtime(self):
         told = json.loads(self.simulate('--realtime', '--seconds', 0.3, '--format', 'json', '--quiet').stdout)
+        self.assertEqual(schema.problems(told, SIMULATE), [])
         self.assertGreater(told['ticks'], 0)
         self.assertIn('scheduling', told['realtime'])
 

@@ -194,8 +194,7 @@ void tell(const TickCosts &costs, double rate)
     fmt::print("  (instructions: {})\n", how);
     const auto line = [](const StageCost &stage) {
         fmt::print("  {:<16} {} ns {:>9} instructions  reads {}{}\n", stage.name,
-                   stage.is_effect ? fmt::format("{:>+7.0f}", *stage.ns)
-                                   : fmt::format("{:>7.0f}", std::max(*stage.ns, 0.0)),
+                   stage.is_effect ? fmt::format("{:>+7.0f}", *stage.ns) : fmt::format("{:>7.0f}", *stage.ns),
                    signed_count(stage.instructions, stage.is_effect), stage.reads,
                    stage.changes.empty() ? "" : "; changes " + stage.changes);
     };

@@ -302,7 +302,7 @@ class Costs {
 
     void always_there(std::uint32_t stage, StageCost &cost) const
     {
-        cost.ns = plan_.ns[stage] - shared_.ns[stage];
+        cost.ns = std::max(plan_.ns[stage] - shared_.ns[stage], 0.0);
         if (counts()) cost.instructions = plan_.instructions[stage] - shared_.instructions[stage];
     }
 
