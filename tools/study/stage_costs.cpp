@@ -20,7 +20,7 @@ constexpr double most_ns = 1e9; ///< that the passes of one servo may take
 constexpr double instructions_a_ns =
     8;                      ///< about, so that a tick's weight is known before it is stepped through
 constexpr double call = 32; ///< of an effect from within another stage
-constexpr double most_steps = 60'000; ///< instructions of one servo's ticks: half a second
+constexpr double most_steps = 40'000; ///< instructions of one servo's ticks: a quarter of a second
 constexpr double most_counted = 20e6; ///< of one tick: a minute
 
 /// The device's states in the last ticks of a run.
