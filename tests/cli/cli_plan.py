@@ -121,11 +121,20 @@ class Plan(command.CommandTest):
         bare = self.digests(self.path('bare'))
         assets = {name: digest for name, digest in bare.items() if not name.endswith('.plan')}
         self.assertEqual(len(assets), 3)
-        for kind in ('viscosity', 'gravity', 'friction', 'contact-damping', 'workspace'):
-            self.scene('press', effects=[{'kind': kind}])
+        ball = {'file': 'ball.stl', 'unit': 'mm'}
+        path = [{'t': '0s', 'position': ['160mm', '40mm', '0mm']}, {'t': '0.5s', 'position': ['120mm', '40mm', '0mm']}]
+        alone = {kind: {'effects': [{'kind': kind}]} for kind in ('viscosity', 'gravity', 'friction', 'contact-damping', 'workspace')}
+        alone |= {kind: {'guards': [{'kind': kind}]} for kind in ('start-inside', 'soft-start', 'passivity')}
+        alone['slew'] = {'guards': [{'kind': 'slew', 'force': '1N/ms'}]}
+        alone['torque'] = {'device': 'sim:omega-3'}  # which has none, and so the plan
+        alone['inertia'] = {'dynamic': [{**ball, 'density': '1g/cm^3'}], 'effects': [{'kind': 'inertia'}], 'coupling': {'kind': 'none'}}
+        alone['motion'] = {'static': [{'file': 'cup.glb'}, {**ball, 'path': path}]}  # and one more map, of what moves
+        for kind, changes in alone.items():
+            self.scene('press', **changes)
             self.convert('press', kind)
             with_effect = self.digests(self.path(kind))
             self.assertEqual({**with_effect, **assets}, with_effect, kind)
+            self.assertEqual(len(with_effect), len(bare) + (kind == 'motion'))
             self.assertNotEqual(with_effect['press.plan'], bare['press.plan'])
             self.assertEqual(self.trace(f'{kind}/press.plan'), self.trace('press.scene.json'))
         self.scene('press', effects=[{'kind': 'proximity', 'reach': '5mm'}])
