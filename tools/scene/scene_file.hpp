@@ -4,57 +4,57 @@
 //
 //   {
 //     "scene": "voxshell-scene/1",
-//     "voxel": "2mm",                                  edge of a cell, of both assets
-//     "static":  [{"file": "cup.glb",                  relative, inside the scene's own folder
-//                  "unit": "mm", "up": "z",            STL only / where the file is Z-up
-//                  "node": "Cup",                   glTF: only this node and what is below it, in its own
-//                  frame;
-//                                                   without a pose it stands where the node does
-//                  "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]}}],   x y z w, as in
-//                  glTF
-//         "path": [{"t": "0s", "position": [..]}, {"t": "1s", "position": [..], "rotation": [..]}] in place
-//         of a pose: the part moves
-//           (effect motion, effect.h), and has a map of its own; at least one part has none
-//     "dynamic": [{"file": "sphere.glb",               exactly one
-//                  "density": "1g/cm^3"}],             for effects that ask what it weighs: mass, com and
-//                  inertia that they do not say
-//     "contact": {"law": "average", "weighting": "count", "stiffness": "500N/m"},
-//         law: original|average|patch|gradient; field: surface|layers|distance (its map gets that channel;
-//         with gradient: distance alone, and of itself); most_stiffness: "5N/mm" bounds the whole contact;
-//         weighting: count|count-capped (stiffness in N/m per point)|area (N/m^3) budget, with area only:
-//         "20us": what contact may take in a tick, at coarser levels of detail if need be
+//     "voxel": "2mm",                   edge of a cell, of both assets
+//     "static": [{
+//        "file": "cup.glb",             relative, inside the scene's own folder
+//        "unit": "mm", "up": "z",       STL only / where the file is Z-up
+//        "node": "Cup",                 glTF: only this node and what is below it, in its own frame; without
+//                                       a pose it stands where the node does
+//        "pose": {"position": ["0mm", "0mm", "0mm"], "rotation": [0, 0, 0, 1]},      x y z w, as in glTF
+//        "path": [{"t": "0s", "position": [..]}, {"t": "1s", "position": [..], "rotation": [..]}]
+//                                       in place of a pose: the part moves (effect motion, effect.h) and has
+//                                       a map of its own; at least one part has none
+//     }],
+//     "dynamic": [{                     exactly one
+//        "file": "sphere.glb",
+//        "density": "1g/cm^3"           for effects that ask what it weighs: mass, com and inertia that they
+//     }],                               do not say
+//     "contact": {
+//        "law": "average",              original|average|patch|gradient
+//        "field": "surface",            surface|layers|distance: its map gets that channel; with gradient
+//                                       distance alone, and of itself
+//        "weighting": "count",          count|count-capped (stiffness in N/m per point)|area (N/m^3)
+//        "stiffness": "500N/m",
+//        "most_stiffness": "5N/mm",     bounds the whole contact
+//        "budget": "20us"               what contact may take in a tick, at coarser levels of detail if need
+//     },                                be; with weighting area only
 //     "coupling": {"kind": "pt2", "frequency": "5Hz", "damping": 1},
-//         none, or pt2 with "prewarp": true if its frequency is to be exact; instead of frequency and damping
-//         also
-//           "stiffness": "500N/m", "viscosity": "10Ns/m", "mass": "50g", then "gain": unity|physical
-//           (1/stiffness)
-//         {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7, "radius": "20mm"}
-//         {"kind": "quasi-static", "stiffness": "1N/mm", "radius": "20mm", "evaluations": 3}
-//         {"kind": "pt2", "design": "auto"} (or quasi-static): what the device carries, held by anybody or
-//         nobody; refused if
-//           nothing is stable; "assume": free|pen|hand|arm: only that one counts
-//         {"design": "auto"}: picks the kind as well: pt2 if it is stable and stops the hand's own path
-//         before the middle of
-//           what it pushes against; else quasi-static, where what feels the contact is not the device, and
-//           cannot be pushed through; prewarp, radius, evaluations may be said for either
-//     "guards": [{"kind": "start-inside"},             no force until the object was free once
-//                {"kind": "soft-start", "time": "0.5s"},
-//                {"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"},
-//                {"kind": "passivity", "most_damping": "5Ns/m", "least_speed": "1mm/s", "radius": "30mm"}],
-//         Without the key the first two guard, as safe by default; a list replaces them: what it does not
-//         name is not there. Clamp and fault latch are always there.
-//     "effects": [],                                   none; what is not named costs nothing
-//         What guards and effects do and what their constants are by default: voxshell/effect.h; each is
-//         optional, its key is its name there (of three that end in _x, _y and _z: what comes before, and a
-//         list). Passivity's are the device's by default.
+//        none, or pt2 with "prewarp": true if its frequency is to be exact; in place of these also
+//          "stiffness": "500N/m", "viscosity": "10Ns/m", "mass": "50g", then "gain": unity|physical (1/c)
+//        {"kind": "spring-damper", "stiffness": "1N/mm", "mass": "50g", "damping": 0.7, "radius": "20mm"}
+//        {"kind": "quasi-static", "stiffness": "1N/mm", "radius": "20mm", "evaluations": 3}
+//        {"kind": "pt2", "design": "auto"} (or quasi-static): what the device carries, held by anybody or
+//          nobody; refused if nothing is stable; "assume": free|pen|hand|arm: only that one counts
+//        {"design": "auto"}: picks the kind as well: pt2 if it is stable and stops the hand's own path before
+//          the middle of what it pushes against; else quasi-static, where what feels the contact is not the
+//          device and cannot be pushed through; prewarp, radius, evaluations may be said for either
+//     "guards": [
+//        {"kind": "start-inside"},      no force until the object was free once
+//        {"kind": "soft-start", "time": "0.5s"},
+//        {"kind": "slew", "force": "2N/ms", "torque": "50Nm/s"},
+//        {"kind": "passivity", "most_damping": "5Ns/m", "least_speed": "1mm/s", "radius": "30mm"}],
+//        Without the key the first two guard, as safe by default; a list replaces them: what it does not name
+//        is not there. Clamp and fault latch are always there.
+//     "effects": [],                    none; what is not named costs nothing
+//        What guards and effects do and what their constants are by default: voxshell/effect.h; each is
+//        optional, its key is its name there (of three that end in _x, _y and _z: what comes before, and a
+//        list). Passivity's are the device's by default.
 //     "device": "sim:phantom-premium-1.5",
-//     "arm": "hand",                                   free|pen|hand|arm
+//     "arm": "hand",                    free|pen|hand|arm
 //     "rate": "1kHz",
 //     "hand": {"path": [
-//        {"t": "0s",   "position": ["60mm", "40mm", "0mm"], "rotation": [0, 0, 0, 1]},        straight to
-//        here
-//        {"t": "2s",   "turn": {"about": ["0mm", "40mm", "0mm"], "axis": [0, 1, 0], "angle": "90deg"}}]}   an
-//        arc
+//        {"t": "0s", "position": ["60mm", "40mm", "0mm"], "rotation": [0, 0, 0, 1]},      straight to here
+//        {"t": "2s", "turn": {"about": ["0mm", "40mm", "0mm"], "axis": [0, 1, 0], "angle": "90deg"}}]} an arc
 //   }
 //
 // NAME.scene.glb and NAME.scene.gltf are whole scenes too: the "extras" of the glTF's scene hold "voxshell":
