@@ -11,12 +11,14 @@
  *   just touched          contact that would end after moving out by its depth: H = 1 - n n^T w / (w + depth)
  *                         along the wrench's direction n, w its length
  *   in contact            the BFGS rule on the last two evaluations, unless contact did not grow along that
- * way lost                  if the spring draws away from where contact was, free; else it is behind the next
+ *                         way
+ *   lost                  if the spring draws away from where contact was, free; else it is behind the next
  *                         corner: so the way to the device is taken in steps that grow, and is all taken by
  *                         the sixth. Contact that comes in jumps has no balance: this holds the body at the
- * jump No step leaves contact by more than its depth. H is what ties body to device as well: a tick begins
- * where the last balance moves when the device moves, so that one evaluation a tick is exact for contact that
- * is linear. rt-safe.
+ *                         jump
+ * No step leaves contact by more than its depth. H is what ties body to device as well: a tick begins where the
+ * last balance moves when the device moves, so that one evaluation a tick is exact for contact that is linear.
+ * rt-safe.
  */
 #include "coupling_body.h"
 
