@@ -131,7 +131,7 @@ class Simulate(command.CommandTest):
             self.assertLessEqual(set(effect['elsewhere']), changes, effect)
             if effect['ns'] is not None:
                 names |= {effect['effect']} if changes and effect['elsewhere'] else set()
-        self.assertEqual(names, {'friction', 'inertia', 'torque'})
+        self.assertEqual(names, {'friction', 'inertia', 'motion', 'torque'})
 
     def test_heavy_ticks(self):
         """A thousand points that touch: contact is stepped through once, and again where an effect changes it."""

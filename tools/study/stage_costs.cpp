@@ -59,6 +59,11 @@ struct Profile {
     std::vector<vxs_pose> bodies; ///< in these ticks
 };
 
+vxs_pose pose_of(const vxs_contact_static &at)
+{
+    return at.pose ? *at.pose : vxs_pose_identity();
+}
+
 double sum(const ByStage &shares)
 {
     return std::accumulate(shares.of.begin(), shares.of.end(), 0.0);
@@ -313,7 +318,15 @@ class Costs {
         for (const vxs_effect &effect : std::span(config.effects, config.effect_count))
             (effect.kind == kind ? with : without).push_back(effect);
         cost.is_in = !with.empty();
-        if (!cost.is_in) vxs_effect_default(kind, &with.emplace_back());
+        const vxs_effect_keyframe still = {0, pose_of(config.statics[0]), 0, 0};
+        if (!cost.is_in) {
+            vxs_effect &effect = with.emplace_back();
+            vxs_effect_default(kind, &effect);
+            if (kind == VXS_EFFECT_MOTION) { // of what moves to where it is
+                effect.keyframes = &still;
+                effect.keyframe_count = 1;
+            }
+        }
         with.insert(with.end(), without.begin(), without.end());
         const vxs_servo_config other = with_effects(config, cost.is_in ? without : with);
         if (const vxs_result result = vxs_servo_config_check(&other); result != VXS_OK) {
