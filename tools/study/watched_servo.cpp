@@ -2,6 +2,8 @@
 #include "study/watched_servo.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <numeric>
 
 namespace voxshell {
 
@@ -18,6 +20,7 @@ ByStage WatchCost::taken_from(const TickShares &shares) const
     ByStage left = shares.taken;
     for (std::uint32_t n = 0; n <= ByStage::most; ++n)
         left[n] -= inside * shares.told[n] + around * shares.held[n];
+    left[ByStage::around] -= trace;
     return left;
 }
 
@@ -69,24 +72,22 @@ void WatchedServo::begin(InstructionCount *counter, std::uint32_t passed_over)
     depth_ = 0;
 }
 
-TickShares WatchedServo::shares(const vxs_servo_trace &row) const
+TickShares WatchedServo::shares() const
 {
     TickShares out;
     std::copy(taken_.begin(), taken_.end(), out.taken.of.begin());
     std::copy(told_.begin(), told_.end(), out.told.of.begin());
     std::copy(held_.begin(), held_.end(), out.held.of.begin());
-    out.body = row.body;
     return out;
 }
 
 TickShares WatchedServo::time(const vxs_device_state &state)
 {
-    vxs_servo_trace row{};
     begin(nullptr, ByStage::none);
     since_ = now();
-    vxs_servo_tick(servo_.servo, &state, &command_, &row);
+    vxs_servo_tick(servo_.servo, &state, &command_, nullptr);
     turn_to(0);
-    return shares(row);
+    return shares();
 }
 
 TickShares WatchedServo::count(const vxs_device_state &state, InstructionCount &counter,
@@ -97,66 +98,87 @@ TickShares WatchedServo::count(const vxs_device_state &state, InstructionCount &
     since_ = 0;
     const std::uint64_t all = counter.of([&] { vxs_servo_tick(servo_.servo, &state, &command_, &row); });
     taken_[ByStage::around] += all - since_;
-    return shares(row);
+    TickShares out = shares();
+    out.body = row.body;
+    return out;
 }
 
 namespace {
 
-/// Torque on the hand is a stage that does nothing itself, and goes with every servo.
-std::uint32_t idle_stage(vxs_servo_config &config, vxs_effect &torque)
-{
-    vxs_effect_default(VXS_EFFECT_TORQUE, &torque);
-    config.effects = &torque;
-    config.effect_count = 1;
-    return stage_named("torque");
-}
+/// A servo with torque on the hand and nothing else, whose stage does nothing itself; watched, and as it is.
+class Idle {
+  public:
+    explicit Idle(const vxs_servo_config &config)
+        : config_(only_torque(config)), plain_(config_), watched(config_)
+    {
+    }
 
-double sum(const ByStage &shares)
-{
-    double all = 0;
-    for (const double share : shares.of) all += share;
-    return all;
-}
+    void plain_tick(const vxs_device_state &state, vxs_servo_trace *row)
+    {
+        vxs_servo_tick(plain_.servo, &state, &command_, row);
+    }
+
+    /// shares: of a watched tick; plain: the same without.
+    static WatchCost cost(const TickShares &shares, double plain)
+    {
+        const std::uint32_t idle = stage_named("torque");
+        const auto sum = [](const ByStage &of) { return std::accumulate(of.of.begin(), of.of.end(), 0.0); };
+        WatchCost out;
+        out.inside = shares.taken[idle] / shares.told[idle];
+        out.around = std::max((sum(shares.taken) - plain) / sum(shares.told) - out.inside, 0.0);
+        return out;
+    }
+
+  private:
+    vxs_servo_config only_torque(vxs_servo_config config)
+    {
+        vxs_effect_default(VXS_EFFECT_TORQUE, &torque_);
+        config.effects = &torque_;
+        config.effect_count = 1;
+        return config;
+    }
+
+    vxs_effect torque_{};
+    const vxs_servo_config config_;
+    Servo plain_;
+    vxs_device_command command_{};
+
+  public:
+    WatchedServo watched;
+};
 
 } // namespace
 
-WatchCost watch_cost(vxs_servo_config config, const vxs_device_state &state, InstructionCount &counter)
+WatchCost watch_cost(const vxs_servo_config &config, const vxs_device_state &state, InstructionCount &counter)
 {
-    vxs_effect torque;
-    const std::uint32_t idle = idle_stage(config, torque);
-    const Servo plain(config);
-    WatchedServo watched(config);
-    vxs_device_command command{};
+    Idle idle(config);
     vxs_servo_trace row{};
-    const auto bare =
-        static_cast<double>(counter.of([&] { vxs_servo_tick(plain.servo, &state, &command, &row); }));
-    const TickShares shares = watched.count(state, counter, ByStage::none);
-    WatchCost cost;
-    cost.inside = shares.taken[idle] / shares.told[idle];
-    cost.around = (sum(shares.taken) - bare) / sum(shares.told) - cost.inside;
-    return cost;
+    const auto plain_count = [&](vxs_servo_trace *traced) {
+        return static_cast<double>(counter.of([&] { idle.plain_tick(state, traced); }));
+    };
+    const double traced = plain_count(&row);
+    WatchCost out = Idle::cost(idle.watched.count(state, counter, ByStage::none), traced);
+    out.trace = plain_count(&row) - plain_count(nullptr);
+    return out;
 }
 
-WatchCost watch_cost_ns(vxs_servo_config config, const vxs_device_state &state)
+WatchCost watch_cost_ns(const vxs_servo_config &config, const vxs_device_state &state)
 {
     constexpr int repeats = 1000;
-    vxs_effect torque;
-    const std::uint32_t idle = idle_stage(config, torque);
-    const Servo plain(config);
-    WatchedServo watched(config);
-    vxs_device_command command{};
-    vxs_servo_trace row{};
-    double inside = 1e9, around = 1e9, bare = 1e9, told = 1;
+    Idle idle(config);
+    TickShares least;
+    least.taken.of.fill(std::numeric_limits<double>::infinity());
+    double plain = std::numeric_limits<double>::infinity();
     for (int n = 0; n < repeats; ++n) {
         const auto begin = Clock::now();
-        vxs_servo_tick(plain.servo, &state, &command, &row);
-        bare = std::min(bare, double{ns_since(begin)});
-        const TickShares shares = watched.time(state);
-        inside = std::min(inside, shares.taken[idle] / shares.told[idle]);
-        told = sum(shares.told);
-        around = std::min(around, sum(shares.taken));
+        idle.plain_tick(state, nullptr);
+        plain = std::min(plain, double{ns_since(begin)});
+        const TickShares shares = idle.watched.time(state);
+        least.told = shares.told;
+        for (std::uint32_t stage = 0; stage <= ByStage::most; ++stage)
+            least.taken[stage] = std::min(least.taken[stage], shares.taken[stage]);
     }
-    return {inside, std::max((around - bare) / told - inside, 0.0)};
+    return Idle::cost(least, plain);
 }
 
 } // namespace voxshell

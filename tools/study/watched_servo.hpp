@@ -27,12 +27,13 @@ struct TickShares {
     ByStage taken;   ///< [ns] or instructions, with what watching takes of both
     ByStage told;    ///< how often each was begun
     ByStage held;    ///< how often another one was begun within it
-    vxs_pose body{}; ///< where contact was evaluated last
+    vxs_pose body{}; ///< where contact was evaluated last; of a tick that was counted
 };
 
 /// What watching adds: to a stage that is told of, and to what is around that.
 struct WatchCost {
     double inside = 0, around = 0;
+    double trace = 0; ///< of a tick that is counted: the row that tells where the body was
     ByStage taken_from(const TickShares &shares) const;
 };
 
@@ -54,7 +55,7 @@ class WatchedServo {
     std::uint64_t now() const;
     void turn_to(std::uint32_t depth);
     void begin(InstructionCount *counter, std::uint32_t passed_over);
-    TickShares shares(const vxs_servo_trace &row) const;
+    TickShares shares() const;
 
     Servo servo_;
     Memory memory_;
@@ -69,7 +70,8 @@ class WatchedServo {
 };
 
 /// Found on a stage that does nothing; the same for all servos. Instructions: exact.
-WatchCost watch_cost(vxs_servo_config config, const vxs_device_state &state, InstructionCount &counter);
-WatchCost watch_cost_ns(vxs_servo_config config, const vxs_device_state &state);
+WatchCost watch_cost(const vxs_servo_config &config, const vxs_device_state &state,
+                     InstructionCount &counter);
+WatchCost watch_cost_ns(const vxs_servo_config &config, const vxs_device_state &state);
 
 } // namespace voxshell
