@@ -36,6 +36,9 @@ const vxs_container_section *vxsi_table(const uint8_t *data);
 /* The entry of a section in a table that has passed the container's rules, or NULL. */
 const vxs_container_section *vxsi_find_section(const uint8_t *data, uint32_t id);
 
+/* Ends vxs_asset_guard(). */
+void vxsi_asset_unguard(const vxs_asset *asset);
+
 uint32_t vxsi_crc32(const uint8_t *data, size_t size);
 
 #endif

@@ -145,6 +145,7 @@ vxs_result vxs_asset_open(const char *path, const vxs_asset_config *given, vxs_a
 void vxs_asset_close(vxs_asset *asset)
 {
     if (!asset) return;
+    vxsi_asset_unguard(asset);
     if (asset->mapped_size > 0) munmap((void *)(uintptr_t)asset->data, (size_t)asset->mapped_size);
     memset(asset, 0, sizeof *asset);
 }

@@ -136,6 +136,12 @@ static void sample(vxs_servo_thread *t, uint64_t tick, vxs_device_command *comma
     vxs_device_exchange(config->device, command, &state, NULL);
     uint32_t flags =
         vxs_servo_tick(config->servo, &state, command, config->trace || config->live ? &row : NULL);
+    if (vxs_asset_lost()) { /* in this tick or before: what it read may have been zeros */
+        flags |= VXS_SERVO_FAULT;
+        memset(&command->wrench, 0, sizeof command->wrench);
+        row.flags = flags;
+        row.command = command->wrench;
+    }
     if (config->trace) vxs_trace_push(config->trace, &row);
     if (config->live) vxs_live_put(config->live, &row);
     uint32_t seen = atomic_load_explicit(&t->seen_flags, memory_order_relaxed);

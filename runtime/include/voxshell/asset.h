@@ -25,9 +25,10 @@ extern "C" {
 
 enum { VXS_ASSET_ANY = 0, VXS_ASSET_VOXMAP = 1, VXS_ASSET_POINTSHELL = 2, VXS_ASSET_PLAN = 3 };
 
-/* How a file gets into memory. MAP shares the page cache and opens at once; the file must not
- * be shortened while open (a writer that renames, as the tools do, never shortens: SIGBUS
- * otherwise). COPY reads the file into private memory and is independent of it from then on. */
+/* How a file gets into memory. MAP shares the page cache and opens at once; the file must not be written or
+ * shortened while open (a writer that renames, as the tools do, does neither): a byte that changes after the
+ * checks is trusted like the one that was checked, and one that is gone raises SIGBUS, unless
+ * vxs_asset_guard(). COPY reads the file into private memory and is independent of it from then on. */
 enum { VXS_ASSET_MAP = 0, VXS_ASSET_COPY = 1 };
 
 /* Config. */
@@ -87,6 +88,19 @@ VXS_API vxs_result vxs_asset_from_memory(const void *data, size_t size, const vx
 /* Ends all views of the asset and zeroes it. NULL and a zeroed asset are allowed.
  * Thread: set-up; no other thread may use the asset's views any more. */
 VXS_API void vxs_asset_close(vxs_asset *asset);
+
+/* A file that is mapped may be shortened by somebody, or its disk may fail: the next touch of what is gone
+ * raises SIGBUS and ends the process. After this call such a touch reads zeros, as all does from there to the
+ * asset's end (cells that are free, points without normals): a tick that is under way ends, within the map,
+ * and vxs_asset_lost() tells. A servo thread then commands zero with VXS_SERVO_FAULT, until the asset is
+ * closed; who calls vxs_servo_tick() himself must ask after each tick, and command zero. Until
+ * vxs_asset_close(); nothing to do for a copy. Installs a handler of SIGBUS for the process, once; what it
+ * does not know goes to the handler that was there. Returns VXS_OK; VXS_PARAM for NULL or a closed asset;
+ * VXS_LIMIT with 1024 guarded already; VXS_UNSUPPORTED. Thread: any, set-up. */
+VXS_API vxs_result vxs_asset_guard(const vxs_asset *asset);
+
+/* How many guarded assets have lost bytes and are still open. Thread: any, rt-safe. */
+VXS_API uint32_t vxs_asset_lost(void);
 
 /* The header of a checked asset: versions, hashes. Borrowed. Thread: any, rt-safe. */
 VXS_API const vxs_container_header *vxs_asset_header(const vxs_asset *asset);

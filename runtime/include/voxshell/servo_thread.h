@@ -6,7 +6,8 @@
  * an overrun of whole periods the missed ones are counted and skipped, never caught up.
  * Real-time scheduling and locked memory are asked for and, where not allowed, done without:
  * the status says so; memory stays locked until the program ends. Time runs as the device says (a simulated
- * device's is virtual: one sample per exchange).
+ * device's is virtual: one sample per exchange). Zero and VXS_SERVO_FAULT while a guarded asset has lost
+ * bytes (asset.h, vxs_asset_guard()).
  */
 #ifndef VOXSHELL_SERVO_THREAD_H
 #define VOXSHELL_SERVO_THREAD_H
