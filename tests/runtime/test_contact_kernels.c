@@ -86,24 +86,25 @@ int main(void)
     CHECK_INT(vxs_contact_use(NULL, VXS_CONTACT_SCALAR), VXS_PARAM);
     CHECK_INT(vxs_contact_use(p.tested, 99), VXS_PARAM);
     CHECK_INT(vxs_contact_use(p.tested, VXS_CONTACT_FASTEST), VXS_OK);
-    uint32_t kernel = 0;
+    uint32_t kernels[4], kernel_count = 0;
     for (uint32_t k = VXS_CONTACT_AVX2; k <= VXS_CONTACT_AVX512; k++) {
-        if (vxs_contact_use(p.tested, k) == VXS_OK) kernel = k;
+        if (vxs_contact_use(p.tested, k) == VXS_OK) kernels[kernel_count++] = k;
     }
     built_free(&shell_bytes);
-    if (!kernel) {
+    if (!kernel_count) {
         printf("skipped: this processor has no kernel but the scalar one\n");
         return 77;
     }
-    for (int b = 0; b < 2; b++) {
-        built_asset map_bytes = build_ball_map(balls[b], BUILT_PLAIN);
+    for (uint32_t n = 0; n < 2 * kernel_count; n++) {
+        const built_ball *ball = balls[n % 2];
+        built_asset map_bytes = build_ball_map(ball, BUILT_PLAIN);
         vxs_voxmap map = open_voxmap(&map_bytes);
-        make_points(0.6 * balls[b]->radius);
+        make_points(0.6 * ball->radius);
         uint64_t touching = 0;
         for (uint32_t count = MOST_POINTS - 8; count <= MOST_POINTS; count++) {
             shell_bytes = build_pointshell(h, points, count);
             shell = open_pointshell(&shell_bytes);
-            touching += compare(&p, &map, &shell, balls[b], 6000, kernel);
+            touching += compare(&p, &map, &shell, ball, 6000, kernels[n / 2]);
             built_free(&shell_bytes);
         }
         CHECK(touching > 10000); /* of 54 000: the comparison is not about nothing */
