@@ -2,9 +2,12 @@
  *
  * Set-up of the replay device: rows out of files, opening.
  */
+#define _POSIX_C_SOURCE 200809L /* newlocale */
+
 #include "replay_model.h"
 #include "voxshell/servo.h"
 
+#include <locale.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -165,14 +168,11 @@ static int read_row(const char *at, const char *end, const int8_t columns[COLUMN
     return 1;
 }
 
-vxs_result vxs_replay_parse(const void *bytes, size_t size, vxs_replay_row *rows, size_t most, size_t *count,
-                            size_t *line)
+static vxs_result parse(const void *bytes, size_t size, vxs_replay_row *rows, size_t most, size_t *count,
+                        size_t *line)
 {
-    size_t ignored;
     int8_t columns[COLUMNS];
     int column_count = 0;
-    if (!bytes || !count) return VXS_PARAM;
-    if (!line) line = &ignored;
     *count = *line = 0;
     if (size >= 8 && memcmp(bytes, "VXSREC01", 8) == 0)
         return parse_recording(bytes, size, rows, most, count);
@@ -193,4 +193,20 @@ vxs_result vxs_replay_parse(const void *bytes, size_t size, vxs_replay_row *rows
         at = stop ? stop + 1 : end;
     }
     return *line > 0 ? VXS_OK : VXS_CORRUPT;
+}
+
+/* The program's language may have a decimal comma; a file never has. */
+vxs_result vxs_replay_parse(const void *bytes, size_t size, vxs_replay_row *rows, size_t most, size_t *count,
+                            size_t *line)
+{
+    size_t ignored;
+    if (!bytes || !count) return VXS_PARAM;
+    locale_t plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    locale_t before = plain ? uselocale(plain) : (locale_t)0;
+    vxs_result result = parse(bytes, size, rows, most, count, line ? line : &ignored);
+    if (plain) {
+        (void)uselocale(before);
+        freelocale(plain);
+    }
+    return result;
 }
