@@ -99,6 +99,19 @@ class Scene(command.CommandTest):
                 said.add(done.stderr)
         self.assertEqual(len(said), len(WRONG), 'each with a line of its own')
 
+    def test_links(self):
+        """A link may lead to a file of the scene's folder, and not out of it."""
+        inner = self.folder / 'in'
+        inner.mkdir()
+        inner.joinpath('cup.glb').symlink_to('../cup.glb')
+        inner.joinpath('real.glb').write_bytes(self.folder.joinpath('sphere.glb').read_bytes())
+        inner.joinpath('sphere.glb').symlink_to('real.glb')
+        self.write(SCENE, 'in/test.scene.json')
+        self.refused(3, r"/static/0/file: is a link that leads out of the scene's folder", 'in/test.scene.json', '-o', 'out', '-q')
+        inner.joinpath('cup.glb').unlink()
+        shapes.write_glb(str(inner / 'cup.glb'), shapes.cup())
+        self.run_voxshell('convert', 'in/test.scene.json', '-o', 'out', '-q')
+
     def test_schema(self):
         rules = schema.load(command.SOURCE / 'formats' / 'schema' / 'scene.schema.json')
         good = [json.loads(p.read_text(encoding='utf-8')) for p in (command.SOURCE / 'samples' / 'scenes').glob('*.json')]

@@ -29,9 +29,10 @@ std::string read_text(const std::filesystem::path &file)
     if (!stream) {
         throw Failure(ExitCode::system, file.string(), std::string("cannot read: ") + std::strerror(errno));
     }
-    std::string text(max_bytes + 1, '\0');
-    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-    text.resize(static_cast<std::size_t>(stream.gcount()));
+    std::string text;
+    std::array<char, 1 << 14> piece; // a pipe or a device has no size to ask for
+    while (text.size() <= max_bytes && stream.read(piece.data(), piece.size()).gcount() > 0)
+        text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
     if (stream.bad()) {
         throw Failure(ExitCode::system, file.string(), "cannot read");
     }

@@ -84,6 +84,11 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool mo
         file.refuse("must be a relative path inside the scene's folder");
     }
     result.file = folder / name;
+    std::error_code error; // what is not there is told by who opens it
+    const auto home = std::filesystem::canonical(folder.empty() ? "." : folder, error);
+    const auto found = error ? home : std::filesystem::canonical(result.file, error);
+    if (!error && std::mismatch(home.begin(), home.end(), found.begin(), found.end()).first != home.end())
+        file.refuse("is a link that leads out of the scene's folder");
     if (const auto unit = object.find("unit")) {
         const auto metres =
             parse_quantity(fmt::format("1{}", unit->string("mm, cm, m or in")), Dimension::length);
