@@ -10,6 +10,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Returns 0; aborts at a finding. */
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
@@ -22,6 +26,10 @@ size_t LLVMFuzzerMutate(uint8_t *bytes, size_t size, size_t most);
 
 /* A target may have its own way to mutate, in terms of that one. */
 size_t LLVMFuzzerCustomMutator(uint8_t *bytes, size_t size, size_t most, unsigned int seed);
+
+#ifdef __cplusplus
+}
+#endif
 
 #define FUZZ_CHECK(condition)                                                                                \
     do {                                                                                                     \

@@ -223,7 +223,7 @@ class GltfScene {
         for (const GltfStage::Channel *channel : {moves, turns})
             if (channel) way.times.insert(way.times.end(), channel->times.begin(), channel->times.end());
         std::ranges::sort(way.times);
-        way.times.erase(std::ranges::unique(way.times).begin(), way.times.end());
+        way.times.erase(std::unique(way.times.begin(), way.times.end()), way.times.end());
         for (const double t : way.times) {
             std::array<double, 4> at{}, turn{};
             std::copy_n(node.translation, 3, at.begin());
