@@ -13,6 +13,13 @@ namespace {
 
 constexpr double close = 0.05; ///< of K_max
 
+const StudyTable *find_table(const Study &study, const std::string &id)
+{
+    const auto found = std::find_if(study.tables.begin(), study.tables.end(),
+                                    [&](const StudyTable &table) { return table.id == id; });
+    return found == study.tables.end() ? nullptr : &*found;
+}
+
 StudyClaim foretold(const Study &study)
 {
     Account a(study, "foretold", "Small motions begin to grow where theory says: at K_max.",
@@ -28,12 +35,14 @@ StudyClaim foretold(const Study &study)
 
 StudyClaim as_it_is(const Study &study)
 {
-    Account a(study, "as-it-is",
-              "What theory calls calm stays calm on the device as it is, let go 5 mm off: friction, encoder "
-              "steps and clamp in place.",
-              "Between hunting and K_max friction, which small motions feel as damping and large ones do "
-              "not, decides; beyond K_max it holds what is small. The clamp bounds how far it swings. What "
-              "swings below is slow or led by the encoder's steps; the table has it device by device.");
+    Account a(
+        study, "as-it-is",
+        "What theory calls calm stays calm on the device as it is, let go 5 mm off: friction, encoder "
+        "steps and clamp in place.",
+        "Between hunting and K_max friction, which small motions feel as damping and large ones do "
+        "not, decides; beyond K_max it holds what is small. The clamp bounds how far it swings. Hunting is "
+        "foretold from friction alone: where the encoder's steps are coarse for the stiffness, both "
+        "together can keep going what neither does alone.");
     const StudyTable &all = study.table("agreement");
     const double cells = a.say("Of @ cells below both K_max and where friction can keep it hunting ", all, 0,
                                "calm_cells"),
@@ -43,6 +52,13 @@ StudyClaim as_it_is(const Study &study)
     a.say("@ do; ", all, 0, "hunting_swinging");
     a.say("of @ beyond K_max ", all, 0, "unstable_cells");
     a.say("@ are held by friction.", all, 0, "unstable_still");
+    if (const StudyTable *odd = find_table(study, "odd_swings")) {
+        a.say(fmt::format(" What swings below ({}, {}, {}, ", odd->word(0, "device"), odd->word(0, "arm"),
+                          odd->word(0, "filter")));
+        a.say("@ N/m) swings by ", *odd, 0, "stiffness_n_per_m", "{:.4g}");
+        a.say("@ mm without encoder steps, ", *odd, 0, "without_steps_mm");
+        a.say("@ mm without friction.", *odd, 0, "without_friction_mm");
+    }
     return a.judged(verdict_of(swing == 0, swing <= close * cells));
 }
 
@@ -161,8 +177,7 @@ std::vector<StudyClaim> stability_claims(const Study &study)
 {
     std::vector<StudyClaim> claims{foretold(study),    as_it_is(study),     passive(study), five_hertz(study),
                                    recommended(study), quasi_static(study), contact(study)};
-    const auto has_map = [](const StudyTable &table) { return table.id == "hard_totals"; };
-    if (std::any_of(study.tables.begin(), study.tables.end(), has_map)) claims.push_back(hard(study));
+    if (find_table(study, "hard_totals")) claims.push_back(hard(study));
     return claims;
 }
 

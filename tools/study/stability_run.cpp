@@ -48,6 +48,7 @@ LoopMap run_loop(const LoopKey &key, const std::vector<double> &stiffness, Progr
                 loop.margins(key.profile->max_stiffness),
                 loop.bandwidth_hz(),
                 0,
+                {},
                 {}};
     const long ticks = ticks_of_onset(loop, map.largest, onset_periods);
     map.found = onset(map.largest, onset_width, onset_tolerance, [&](double k) {
@@ -63,6 +64,18 @@ LoopMap run_loop(const LoopKey &key, const std::vector<double> &stiffness, Progr
         if (k < map.largest && map.oscillates(map.amplitude.size() - 1)) {
             real.run(k, in(patience_seconds));
             map.amplitude.back() = real.run(k, in(look_seconds)).amplitude();
+            if (k < map.hunting && map.oscillates(map.amplitude.size() - 1)) {
+                const auto without = [&](double vxs_simulated_profile::*what) {
+                    progress.check();
+                    vxs_simulated_config other = device;
+                    other.profile.*what = 0;
+                    TimeDomain changed(other, coupling, kick_way);
+                    changed.run(k, in(settle_seconds + look_seconds + patience_seconds));
+                    return changed.run(k, in(look_seconds)).amplitude();
+                };
+                map.odd.push_back({k, map.amplitude.back(), without(&vxs_simulated_profile::resolution),
+                                   without(&vxs_simulated_profile::friction)});
+            }
         }
     }
     return map;

@@ -22,6 +22,12 @@ struct LoopKey {
     std::string filter() const; ///< "none", "PT2 5 Hz"
 };
 
+/// What swings though it is foretold to calm down, after the minute more too; and what becomes of it, ten
+/// seconds and that minute again, without the device's encoder steps, and without its friction [m].
+struct OddSwing {
+    double stiffness, amplitude, without_steps, without_friction;
+};
+
 /// One of them against a spring.
 struct LoopMap {
     LoopKey key;
@@ -33,6 +39,7 @@ struct LoopMap {
     /// kick_way off the spring's middle; over two seconds after eight, or after another minute where it is
     /// foretold to calm down and has not yet.
     std::vector<double> amplitude;
+    std::vector<OddSwing> odd; ///< below hunting
     bool oscillates(std::size_t stiffness) const;
 };
 

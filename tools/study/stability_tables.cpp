@@ -126,6 +126,35 @@ StudyTable agreement_table(const StabilityRuns &runs)
     return table;
 }
 
+/// Without rows where nothing is odd.
+StudyTable odd_table(const StabilityRuns &runs)
+{
+    StudyTable table{
+        "odd_swings",
+        "Foretold calm, and swings",
+        "Half the swing after 72 s, and the same without the device's encoder steps, and without its "
+        "friction.",
+        {{"device", "device"},
+         {"arm", "arm"},
+         {"filter", "filter"},
+         {"stiffness_n_per_m", "stiffness [N/m]"},
+         {"hunting_n_per_m", "hunting from [N/m]"},
+         {"k_max_n_per_m", "K_max [N/m]"},
+         {"quantisation_n_per_m", "encoder steps may feed it from [N/m]"},
+         {"swing_mm", "swing [mm]"},
+         {"without_steps_mm", "without encoder steps [mm]"},
+         {"without_friction_mm", "without friction [mm]"}},
+        {},
+        "stability_map"};
+    for (const LoopMap &map : runs.loops) {
+        for (const OddSwing &odd : map.odd)
+            table.rows.push_back({std::string(map.key.profile->name), std::string(map.key.arm->name),
+                                  map.key.filter(), odd.stiffness, map.hunting, map.largest, map.quantisation,
+                                  1e3 * odd.amplitude, 1e3 * odd.without_steps, 1e3 * odd.without_friction});
+    }
+    return table;
+}
+
 /// What a filter does to K_max, by device and arm.
 StudyTable filters_table(const StabilityRuns &runs)
 {
@@ -319,6 +348,7 @@ StudyTable contact_ratios(const StudyTable &contacts)
 std::vector<StudyTable> stability_tables(const StabilityRuns &runs)
 {
     std::vector<StudyTable> tables{agreement_table(runs)};
+    if (StudyTable odd = odd_table(runs); !odd.rows.empty()) tables.push_back(std::move(odd));
     StudyTable filters = filters_table(runs), contacts = contact_table(runs);
     tables.push_back(arms_table(filters));
     tables.push_back(std::move(filters));
