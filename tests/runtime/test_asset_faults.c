@@ -170,7 +170,7 @@ static void check_cycles(void)
         CHECK_INT(open_it(n % 2 ? VXS_ASSET_MAP : VXS_ASSET_COPY, &said), VXS_OK);
     }
     CHECK_INT(files_open(), files);
-    CHECK(pages_used() <= pages + 16); /* some of the C library's own */
+    CHECK(pages_used() <= pages + 2000); /* an emulator takes some itself; a leak takes 50000 */
     CHECK_INT(fault.mapped, 0);
 }
 
@@ -187,6 +187,8 @@ static void check_space(void)
     if (pid == 0) {
         struct rlimit limit = {(rlim_t)1 << 30, (rlim_t)1 << 30};
         CHECK(setrlimit(RLIMIT_AS, &limit) == 0);
+        if (mmap(NULL, (size_t)2 << 30, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED)
+            _exit(0); /* an emulator does not keep to it */
         for (uint32_t mode = VXS_ASSET_MAP; mode <= VXS_ASSET_COPY; mode++) {
             int said;
             CHECK_INT(open_it(mode, &said), VXS_IO);
