@@ -161,6 +161,43 @@ class Batch(command.CommandTest):
                 self.assertEqual(digests[file['path']], file['sha256'])
         self.batch('robot.glb', '-o', 'out', '--per-part', '--voxel', '2mm', out='^0 built, 4 up to date, 0 failed\n$')
 
+    def test_the_tree_and_the_materials_of_an_assembly(self):
+        mesh = shapes.cup(radius=20, height=30, wall=4, segments=24)
+        half = 0.5 ** 0.5
+        for ending in ('glb', 'gltf'):
+            shapes.write_assembly(self.path(f'arm.{ending}'), [('cup', mesh, 1), ('cup', mesh, 0), ('pad', shapes.box())], [
+                {'name': 'base', 'children': [1, 2], 'translation': [0, 0, 1]},
+                {'name': 'joint', 'children': [3], 'rotation': [half, 0, 0, half]},
+                {'mesh': 1, 'name': 'base'},
+                {'mesh': 0, 'name': 'Flansch "ä"', 'scale': [2, 2, 2]},
+                {'mesh': 2, 'name': 'lost'},
+                {'name': 'empty'}], roots=[5, 0], materials=['steel', ''])
+            self.batch(f'arm.{ending}', '-o', ending, '--per-part', '--voxel', '3mm', out='^2 built, 0 failed\n$')
+            assembly = json.loads(pathlib.Path(self.path(ending, 'arm', 'assembly.json')).read_text(encoding='utf-8'))
+            self.assertEqual(schema.problems(assembly, schema.load(SCHEMAS / 'assembly.schema.json')), [])
+            self.assertEqual(assembly['materials'], [{'name': 'steel'}, {'name': ''}])
+            self.assertEqual([(node['name'], node['parent']) for node in assembly['nodes']],
+                             [('empty', None), ('base', None), ('joint', 1), ('Flansch "ä"', 2), ('base', 1)])
+            self.assertEqual([(each['name'], each['node'], each['materials']) for each in assembly['instances']],
+                             [('/base/joint/Flansch "ä"', 3, [1]), ('/base/base', 4, [0])])
+            # Poses along the tree are the instance's: assembly from part is what the nodes above say, less the part's own shape.
+            pose = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
+            at = assembly['instances'][0]['node']
+            while at is not None:
+                node = assembly['nodes'][at]
+                pose = [sum(node['pose'][4 * r + n] * pose[4 * n + c] for n in range(3)) + (node['pose'][4 * r + 3] if c == 3 else 0)
+                        for r in range(3) for c in range(4)]
+                at = node['parent']
+            self.assertEqual(assembly['parts'][0]['shape'], [2, 0, 0, 0, 2, 0, 0, 0, 2])
+            for got, wanted in zip(pose, [2, 0, 0, 0, 0, 0, -2, 0, 0, 2, 0, 1]):
+                self.assertAlmostEqual(got, wanted, 6)
+            for got, wanted in zip(assembly['instances'][0]['orientation_wxyz'], [half, half, 0, 0]):
+                self.assertAlmostEqual(got, wanted, 6)
+        self.batch('arm.glb', '-o', 'up', '--per-part', '--voxel', '3mm', '--up', 'z', '-q')
+        turned = json.loads(pathlib.Path(self.path('up', 'arm', 'assembly.json')).read_text(encoding='utf-8'))
+        self.assertEqual(turned['nodes'][1]['pose'], [1, 0, 0, 0, 0, 0, 1, 1, 0, -1, 0, 0])
+        self.assertEqual(turned['nodes'][2], assembly['nodes'][2])
+
     def test_the_solids_of_an_stl(self):
         with open(self.path('two.stl'), 'w', encoding='ascii') as file:
             for name, shape in (('left jaw', shapes.box(10, 10, 10)), ('empty', []), ('right jaw', shapes.box(10, 10, 10, at=(30, 0, 0)))):

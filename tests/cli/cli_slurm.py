@@ -185,7 +185,7 @@ class Slurm(command.CommandTest):
         arguments = self.parts(1)
         self.run_voxshell('batch', *arguments, '-o', 'out', '--executor', 'slurm', '--sbatch=--partition=none', code=2, err='sbatch: refused the job: .*partition')
         self.run_voxshell('batch', *arguments, '-o', 'out', '--executor', 'slurm', code=2, err='sbatch: is not there: is Slurm installed', env={'PATH': '/nowhere'})
-        self.run_voxshell('batch', *arguments, '-o', 'out', '--shard', '0/2:0123456789abcdef', code=2, err='not those that the work was planned for')
+        self.run_voxshell('batch', *arguments, '-o', 'out', '--shard', '0/2:0123456789abcdef', code=2, err='cannot read: is this the folder that the work was planned in')
         self.run_voxshell('batch', *arguments, '-o', 'out', '--shard', '2/2:0123456789abcdef', code=1, err='is not K/N:HASH')
 
 

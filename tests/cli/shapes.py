@@ -2,7 +2,9 @@
 """Small solids made here, so that the tests need no data: lists of triangles, written as STL or GLB."""
 import json
 import math
+import pathlib
 import struct
+import urllib.parse
 
 
 def box(x=10.0, y=10.0, z=10.0, at=(0.0, 0.0, 0.0)):
@@ -50,10 +52,13 @@ def write_glb(path, triangles, scale=1e-3):
     return write_assembly(path, [(None, triangles)], [{'mesh': 0, 'name': 'part'}], scale)
 
 
-def write_assembly(path, meshes, nodes, scale=1e-3):
-    """(name, triangles) each, and nodes as glTF has them, all of them roots."""
-    document = {'asset': {'version': '2.0'}, 'scene': 0, 'scenes': [{'nodes': list(range(len(nodes)))}], 'nodes': nodes,
-                'meshes': [], 'accessors': [], 'bufferViews': [], 'buffers': []}
+def write_assembly(path, meshes, nodes, scale=1e-3, roots=None, materials=()):
+    """(name, triangles[, index of its material]) each, and nodes as glTF has them, all of them roots unless `roots` says which.
+    A .gltf has its buffer beside it, with the same name in front of .bin."""
+    document = {'asset': {'version': '2.0'}, 'scene': 0, 'scenes': [{'nodes': list(range(len(nodes))) if roots is None else roots}],
+                'nodes': nodes, 'meshes': [], 'accessors': [], 'bufferViews': [], 'buffers': []}
+    if materials:
+        document['materials'] = [{'name': name} for name in materials]
     buffer = b''
 
     def view(data):
@@ -62,7 +67,7 @@ def write_assembly(path, meshes, nodes, scale=1e-3):
         buffer += data
         return len(document['bufferViews']) - 1
 
-    for name, triangles in meshes:
+    for name, triangles, *material in meshes:
         index, order = {}, []
         for t in triangles:
             for p in t:
@@ -72,11 +77,19 @@ def write_assembly(path, meshes, nodes, scale=1e-3):
         document['meshes'].append({'primitives': [{'attributes': {'POSITION': first}, 'indices': first + 1}]})
         if name is not None:
             document['meshes'][-1]['name'] = name
+        if material:
+            document['meshes'][-1]['primitives'][0]['material'] = material[0]
         document['accessors'] += [
             {'bufferView': view(b''.join(struct.pack('<3f', *p) for p in single)), 'componentType': 5126, 'type': 'VEC3', 'count': len(single),
              'min': [min(p[n] for p in single) for n in range(3)], 'max': [max(p[n] for p in single) for n in range(3)]},
             {'bufferView': view(struct.pack(f'<{len(order)}I', *order)), 'componentType': 5125, 'type': 'SCALAR', 'count': len(order)}]
     document['buffers'] = [{'byteLength': len(buffer)}]
+    if str(path).endswith('.gltf'):
+        bin_path = pathlib.Path(path).with_suffix('.bin')
+        document['buffers'][0]['uri'] = urllib.parse.quote(bin_path.name)
+        bin_path.write_bytes(buffer)
+        pathlib.Path(path).write_text(json.dumps(document), encoding='utf-8')
+        return str(path)
     text = json.dumps(document).encode()
     text += b' ' * (-len(text) % 4)
     with open(path, 'wb') as file:

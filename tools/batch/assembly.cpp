@@ -183,7 +183,7 @@ Scene split_solids(Scene scene)
         }
         for (const std::uint32_t v : used) vertex_of[v] = ~0u;
         scene.instances.push_back(
-            {stands.name + "/" + file_name(solid.name), static_cast<std::uint32_t>(n), stands.pose});
+            {stands.name + "/" + file_name(solid.name), static_cast<std::uint32_t>(n), stands.pose, {}});
         scene.meshes.push_back(std::move(solid));
     }
     return scene;
@@ -196,6 +196,9 @@ Assembly assemble(const Scene &scene)
     std::map<Sha256, std::size_t> parts;
     std::vector<double> radius(scene.meshes.size(), -1); // of a mesh about its own origin [m]
     Names names;
+    all.nodes = scene.nodes;
+    all.materials = scene.materials;
+    for (const Mesh &mesh : scene.meshes) all.materials_of_mesh.push_back(mesh.materials);
     for (const Instance &instance : scene.instances) {
         const std::array<double, 12> &pose = instance.pose;
         const Matrix m{pose[0], pose[1], pose[2], pose[4], pose[5], pose[6], pose[8], pose[9], pose[10]};
@@ -221,8 +224,12 @@ Assembly assemble(const Scene &scene)
             all.parts.push_back(
                 {names.unique(name_of(scene, instance)), instance.mesh, shape, hash->second, 0});
         ++all.parts[part->second].instances;
-        all.instances.push_back(
-            {instance.name, part->second, quaternion(turn), {pose[3], pose[7], pose[11]}});
+        all.instances.push_back({instance.name,
+                                 part->second,
+                                 quaternion(turn),
+                                 {pose[3], pose[7], pose[11]},
+                                 instance.node,
+                                 instance.mesh});
 
         double &far = radius[instance.mesh];
         if (far < 0)
@@ -253,7 +260,7 @@ Scene part_scene(const Scene &scene, const AssemblyPart &part)
         if (determinant(part.shape) < 0)
             for (Triangle &t : mesh.triangles) std::swap(t[1], t[2]);
     }
-    alone.instances.push_back({"/" + part.name, 0});
+    alone.instances.push_back({.name = "/" + part.name, .mesh = 0});
     return alone;
 }
 

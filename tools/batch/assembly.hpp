@@ -30,11 +30,16 @@ struct AssemblyInstance {
     std::size_t part;                              ///< index into Assembly::parts
     std::array<double, 4> orientation{1, 0, 0, 0}; ///< w x y z, unit, w >= 0
     Point position{};                              ///< [m]
+    std::optional<std::uint32_t> node{};           ///< index into Assembly::nodes
+    std::uint32_t mesh = 0;                        ///< index into Assembly::materials_of_mesh
 };
 
 struct Assembly {
     std::vector<AssemblyPart> parts; ///< in the order of their first instance
     std::vector<AssemblyInstance> instances;
+    std::vector<SceneNode> nodes; ///< the tree as the file has it
+    std::vector<std::string> materials;
+    std::vector<std::vector<std::uint32_t>> materials_of_mesh;
     double pose_error = 0; ///< most that a vertex is moved by rounding shapes and turns [m]
 };
 

@@ -31,6 +31,16 @@ constexpr std::string_view temporary_prefix = "tmp-";
     throw Failure(ExitCode::system, path.string(), std::strerror(error));
 }
 
+std::string text_of(const json &entry)
+{
+    return entry.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+std::string hash_of_text(const std::string &text)
+{
+    return hex(sha256({reinterpret_cast<const std::uint8_t *>(text.data()), text.size()}));
+}
+
 std::string machine()
 {
     char name[256] = "localhost";
@@ -55,12 +65,14 @@ void write_file(const fs::path &path, std::span<const std::uint8_t> bytes)
 
 } // namespace
 
-Cache::Cache(fs::path folder) : folder_(std::move(folder))
+Cache::Cache(fs::path folder, bool only_read) : folder_(std::move(folder)), only_read_(only_read)
 {
+    if (only_read_) return;
     std::error_code error;
     fs::create_directories(folder_, error);
     if (error) throw Failure(ExitCode::system, folder_.string(), error.message());
-    if (access(folder_.c_str(), W_OK | X_OK) != 0) fail(folder_, errno);
+    only_read_ = access(folder_.c_str(), W_OK | X_OK) != 0;
+    if (only_read_) return;
     // tmp-MACHINE-PID-SERIAL of a process that is no more.
     const std::string mine = std::string(temporary_prefix) + machine() + "-";
     for (const fs::directory_entry &each : fs::directory_iterator(folder_, error)) {
@@ -93,6 +105,7 @@ fs::path Cache::temporary()
 
 void Cache::drop(const fs::path &folder)
 {
+    if (only_read_) return;
     std::error_code ignored;
     const fs::path aside = unused(); // at once, so that nobody meets half of it
     fs::rename(folder, aside, ignored);
@@ -103,25 +116,17 @@ std::optional<Cache::Entry> Cache::read(const Sha256 &key, const fs::path &folde
 {
     std::ifstream file(folder / entry_name, std::ios::binary);
     if (!file) return {};
-    const json stored = json::parse(file, nullptr, false);
-    if (!stored.is_object() || stored.value("key", "") != hex(key) || !stored.contains("about") ||
-        !stored.contains("files") || !stored["files"].is_array())
-        return {};
-    Entry entry;
-    entry.about = stored["about"];
-    for (const json &each : stored["files"]) {
-        File one;
-        try {
-            one = {each.at("name"), each.at("bytes"), each.at("sha256"), {}};
-        } catch (const json::exception &) {
-            return {};
-        }
-        if (one.name.find('/') != one.name.npos) return {};
+    const json all = json::parse(file, nullptr, false);
+    if (!all.is_object() || !all.contains("entry") || !all.contains("sha256")) return {};
+    const json &stored = all["entry"];
+    if (all["sha256"] != hash_of_text(text_of(stored)) || stored["key"] != hex(key)) return {};
+    Entry entry{stored["about"], {}};
+    for (const json &each : stored["files"]) { // as put() wrote it: the hash says so
+        File one{each["name"], each["bytes"], *sha256_of_hex(each["sha256"].get<std::string>()), {}};
         one.path = folder / one.name;
         std::error_code error;
         if (fs::file_size(one.path, error) != one.bytes || error) return {};
-        const std::optional<Sha256> hash = hash_of_file(one.path);
-        if (!hash || hex(*hash) != one.sha256) return {};
+        if (hash_of_file(one.path) != one.sha256) return {};
         entry.files.push_back(std::move(one));
     }
     return entry;
@@ -135,9 +140,14 @@ std::optional<Cache::Entry> Cache::find(const Sha256 &key)
     std::optional<Entry> entry = read(key, folder);
     if (!entry)
         drop(folder);
-    else
+    else if (!only_read_)
         utimensat(AT_FDCWD, (folder / entry_name).c_str(), nullptr, 0); // used now; a reader's may be denied
     return entry;
+}
+
+void Cache::forget(const Sha256 &key)
+{
+    drop(folder_of(key));
 }
 
 Cache::Entry Cache::put(const Sha256 &key, const json &about, const std::vector<Content> &files)
@@ -148,12 +158,14 @@ Cache::Entry Cache::put(const Sha256 &key, const json &about, const std::vector<
         Entry entry{about, {}};
         for (const Content &each : files) {
             write_file(made / each.name, each.bytes);
-            entry.files.push_back(
-                {each.name, each.bytes.size(), hex(sha256(each.bytes)), folder / each.name});
+            entry.files.push_back({each.name, each.bytes.size(), sha256(each.bytes), folder / each.name});
             const File &file = entry.files.back();
-            stored["files"].push_back({{"name", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+            stored["files"].push_back(
+                {{"name", file.name}, {"bytes", file.bytes}, {"sha256", hex(file.sha256)}});
         }
-        const std::string text = stored.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+        const std::string plain = text_of(stored);
+        const std::string text =
+            fmt::format("{{\"entry\": {},\n \"sha256\": \"{}\"}}\n", plain, hash_of_text(plain));
         write_file(made / entry_name, {reinterpret_cast<const std::uint8_t *>(text.data()), text.size()});
         std::error_code error;
         fs::create_directories(folder.parent_path(), error);

@@ -25,54 +25,63 @@ bool is_cad(const fs::path &path)
     return ending == ".stl" || ending == ".gltf" || ending == ".glb";
 }
 
-void add_folder(const fs::path &folder, std::vector<BatchInput> &inputs)
+void add_folder(const fs::path &folder, BatchInputs &inputs)
 {
-    std::vector<fs::path> found;
+    std::vector<std::string> found;
+    inputs.folders.push_back(folder.string());
     for (auto at = fs::recursive_directory_iterator(folder); at != fs::recursive_directory_iterator(); ++at) {
         if (at->path().filename().string().starts_with('.')) {
             if (at->is_directory()) at.disable_recursion_pending();
             continue;
         }
-        if (at->is_regular_file() && is_cad(at->path())) found.push_back(at->path());
+        if (at->is_directory()) inputs.folders.push_back(at->path().string());
+        if (at->is_regular_file() && is_cad(at->path())) found.push_back(at->path().string());
     }
     if (found.empty())
         throw Failure(ExitCode::usage, folder.string(), "no .stl, .gltf or .glb in this folder");
     std::sort(found.begin(), found.end());
-    for (const fs::path &path : found)
-        inputs.push_back({path, path.lexically_relative(folder).replace_extension("").generic_string(),
-                          lower_ending(path) == ".stl"});
+    for (const std::string &path : found)
+        inputs.files.push_back(
+            {path, fs::path(path).lexically_relative(folder).replace_extension("").generic_string(),
+             is_stl(path)});
 }
 
 } // namespace
 
-std::vector<BatchInput> batch_inputs(const std::vector<std::string> &arguments)
+bool is_stl(const fs::path &path)
 {
-    std::vector<BatchInput> inputs;
+    return lower_ending(path) == ".stl";
+}
+
+BatchInputs batch_inputs(const std::vector<std::string> &arguments)
+{
+    BatchInputs all;
+    std::vector<BatchInput> &inputs = all.files;
     for (const std::string &argument : arguments) {
         const fs::path path(argument);
         std::error_code error;
         if (fs::is_directory(path, error)) {
-            add_folder(path, inputs);
+            add_folder(path, all);
             continue;
         }
         if (!is_cad(path))
             throw Failure(ExitCode::usage, argument, "is neither a folder nor an .stl, .gltf or .glb");
-        inputs.push_back({path, path.stem().string(), lower_ending(path) == ".stl"});
+        inputs.push_back({argument, path.stem().string(), is_stl(path)});
     }
     if (inputs.empty())
         throw Failure(ExitCode::usage, "", "nothing to convert: name files, folders or --filelist");
     std::map<std::string, std::size_t> uses;
     for (const BatchInput &input : inputs) ++uses[input.name];
-    std::map<std::string, fs::path> named;
+    std::map<std::string, std::string> named;
     for (BatchInput &input : inputs) {
         if (uses[input.name] > 1) input.name.append(1, '_').append(lower_ending(input.path), 1);
         const auto [other, is_new] = named.emplace(input.name, input.path);
         if (!is_new)
-            throw Failure(ExitCode::usage, input.path.string(),
+            throw Failure(ExitCode::usage, input.path,
                           fmt::format("and {} would both write {}.voxmap: give the folder that holds both",
-                                      other->second.string(), input.name));
+                                      other->second, input.name));
     }
-    return inputs;
+    return all;
 }
 
 } // namespace voxshell

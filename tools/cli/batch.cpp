@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell batch: folders, lists and assemblies, each distinct part once.
 #include "batch/batch.hpp"
+#include "batch/archive.hpp"
 #include "batch/slurm.hpp"
+#include "cli/batch_report.hpp"
 #include "cli/part_options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
+#include "pipeline/depfile.hpp"
 #include "pipeline/estimate.hpp"
 
 #include <CLI/CLI.hpp>
@@ -13,6 +16,7 @@
 #include <algorithm>
 #include <fstream>
 #include <memory>
+#include <thread>
 
 #include <unistd.h>
 
@@ -24,10 +28,10 @@ using json = nlohmann::ordered_json;
 
 struct BatchChoice : SharedOptions, PartChoice {
     std::vector<std::string> inputs;
-    std::string list, folder, cache, cache_size, executor = "local", shard;
+    std::string list, folder, cache, cache_size, executor = "local", shard, archive;
     std::vector<std::string> sbatch;
     unsigned shards = 8;
-    bool per_part = false, fail_fast = false;
+    bool per_part = false, fail_fast = false, retry_failed = false;
 };
 
 /// One file a line; empty lines and those that begin with # are none. Relative to the list's own folder.
@@ -62,11 +66,15 @@ class Watch {
     void done(const BatchPart &part, double seconds)
     {
         ++done_;
-        std::uint64_t bytes = 0;
-        for (const Cache::File &file : part.files) bytes += file.bytes;
+        const std::uint64_t bytes = part.bytes();
         bytes_ += bytes;
         if (line_) fmt::print(stderr, "\r\033[K");
-        if (part.failure) tell_failure("batch", *part.failure);
+        if (part.failure && part.remembered)
+            tell_failure("batch",
+                         {part.failure->code, part.failure->file,
+                          std::string(part.failure->what()) + " (as before; --retry-failed tries again)"});
+        else if (part.failure)
+            tell_failure("batch", *part.failure);
         if (json_)
             fmt::print(stderr, "{}\n",
                        json{{"part", part.name},
@@ -74,122 +82,27 @@ class Watch {
                             {"seconds", seconds},
                             {"bytes", bytes},
                             {"done", done_},
-                            {"total", parts_}}
+                            {"total", parts_},
+                            {"seconds_left", seconds_left()}}
                            .dump(-1, ' ', false, json::error_handler_t::replace));
         if (!line_) return;
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began_;
         fmt::print(stderr, "{}/{} parts, {}, {:.0f} s left  {}", done_, parts_, format_size(bytes_),
-                   spent.count() / static_cast<double>(done_) * static_cast<double>(parts_ - done_),
-                   part.name);
+                   seconds_left(), part.name);
         std::fflush(stderr);
         if (done_ == parts_) fmt::print(stderr, "\r\033[K");
     }
 
   private:
+    double seconds_left() const
+    {
+        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - began_;
+        return spent.count() / static_cast<double>(done_) * static_cast<double>(parts_ - done_);
+    }
+
     bool json_, line_;
     std::size_t parts_ = 0, done_ = 0;
     std::uint64_t bytes_ = 0;
     std::chrono::steady_clock::time_point began_{};
-};
-
-constexpr PartState states[] = {PartState::built, PartState::cached, PartState::up_to_date, PartState::failed,
-                                PartState::not_begun};
-
-/// "3 built, 97 up to date, 0 failed"
-std::string tally(const BatchResult &result)
-{
-    std::string said;
-    for (const PartState state : states)
-        if (const std::size_t n = result.count(state);
-            n || state == PartState::built || state == PartState::failed)
-            said += fmt::format("{}{} {}", said.empty() ? "" : ", ", format_count(n), name_of(state));
-    return said;
-}
-
-/// voxshell-report/1 of many parts, an item a line, never as a whole in memory.
-struct BatchReport {
-    const BatchResult &result;
-    const json &options;
-    bool reproducible;
-    double seconds;
-
-    void write(const Outputs::Sink &sink) const
-    {
-        sink(fmt::format("{{\n  \"schema\": \"voxshell-report/1\",\n  \"version\": {},\n  \"options\": {}",
-                         text(tool_version()), text(options)));
-        list(sink, "inputs", [&](const auto &item) {
-            const fs::path *last = nullptr;
-            for (const BatchPart &part : result.parts) {
-                if (!last || *last != part.input)
-                    item({{"path", shown(part.input)}, {"sha256", hex(part.input_hash)}});
-                last = &part.input;
-            }
-        });
-        list(sink, "parts", [&](const auto &item) {
-            for (const BatchPart &part : result.parts) {
-                if (part.about.empty() || part.failure) continue;
-                const json about = json::parse(part.about);
-                json described = {{"name", part.name}};
-                for (const auto &[key, value] : about.items())
-                    if (key != "warnings") described[key] = value;
-                item(described);
-            }
-        });
-        list(sink, "outputs", [&](const auto &item) {
-            for (const BatchPart &part : result.parts)
-                for (const Cache::File &file : part.files)
-                    item({{"path", shown(file.path)}, {"bytes", file.bytes}, {"sha256", file.sha256}});
-            for (const BatchAssembly &each : result.assemblies)
-                item({{"path", shown(each.file)}, {"bytes", each.bytes}, {"sha256", each.sha256}});
-        });
-        list(sink, "warnings", [&](const auto &item) {
-            for (const BatchPart &part : result.parts) {
-                if (part.about.empty()) continue;
-                const json about = json::parse(part.about);
-                for (const json &warning : about["warnings"])
-                    item({{"code", warning["code"]},
-                          {"message", part.name + ": " + warning["message"].get<std::string>()}});
-            }
-        });
-        list(sink, "failed", [&](const auto &item) {
-            for (const BatchPart &part : result.parts)
-                if (part.failure)
-                    item({{"path", part.name},
-                          {"code", static_cast<int>(part.failure->code)},
-                          {"message", part.failure->what()}});
-        });
-        json counts;
-        for (const PartState state : states) {
-            std::string key = name_of(state);
-            std::replace(key.begin(), key.end(), ' ', '_');
-            counts[key] = result.count(state);
-        }
-        sink(",\n  \"counts\": " + text(counts));
-        if (!reproducible)
-            sink(",\n  \"cost\": " + text({{"seconds", seconds}, {"peak_rss_bytes", peak_memory()}}));
-        sink("\n}\n");
-    }
-
-  private:
-    static std::string text(const json &value)
-    {
-        return value.dump(-1, ' ', false, json::error_handler_t::replace);
-    }
-    std::string shown(const fs::path &path) const
-    {
-        return reproducible ? path.filename().string() : path.string();
-    }
-    template<typename Each>
-    static void list(const Outputs::Sink &sink, const char *name, const Each &each)
-    {
-        sink(fmt::format(",\n  \"{}\": [", name));
-        bool first = true;
-        each([&](const json &item) {
-            sink((first ? "\n    " : ",\n    ") + text(item));
-            first = false;
-        });
-        sink(first ? "]" : "\n  ]");
-    }
 };
 
 /// This program's own arguments, less what is for the one that submits.
@@ -202,7 +115,7 @@ std::vector<std::string> own_command()
     for (std::size_t n = 1; n < all.size(); ++n) {
         const std::string name = all[n].substr(0, all[n].find('='));
         if (name == "--executor" || name == "--shards" || name == "--sbatch" || name == "--report" ||
-            name == "--format" || name == "--progress") {
+            name == "--format" || name == "--progress" || name == "--depfile" || name == "--archive") {
             if (name == all[n]) ++n; // its value is the next word
             continue;
         }
@@ -227,8 +140,13 @@ Shard parse_shard(const std::string &text)
 ExitCode run(const BatchChoice &o)
 {
     std::vector<std::string> named = o.inputs;
-    if (!o.list.empty()) add_list(o.list, named);
-    const std::vector<BatchInput> inputs = batch_inputs(named);
+    BatchInputs all; // of a shard: they are in its plan
+    if (o.shard.empty()) {
+        if (!o.list.empty()) add_list(o.list, named);
+        all = batch_inputs(named);
+    }
+    const std::vector<BatchInput> &inputs = all.files;
+    if (!o.archive.empty()) check_archive_name(o.archive);
     if (o.voxel == 0 && !o.voxel_auto)
         throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm or --voxel auto");
     const bool stl =
@@ -239,7 +157,7 @@ ExitCode run(const BatchChoice &o)
     BatchOptions options;
     options.part = part_options(o, o);
     options.part.import.z_up = o.up == "z";
-    if (stl) options.part.import.unit = parse_unit(o.unit);
+    if (!o.unit.empty()) options.part.import.unit = parse_unit(o.unit);
     json effective = part_options_json(o, o);
     options.effective = effective;
     options.effective.erase("max_memory_bytes");
@@ -250,6 +168,10 @@ ExitCode run(const BatchChoice &o)
     options.force = o.force;
     options.jobs = o.jobs;
     options.output = o.folder;
+    options.list_sources = !o.depfile.empty();
+    options.keep_about = o.json || !o.report.empty();
+    options.retry_failed = o.retry_failed;
+    options.dry_run = o.dry_run;
     const char *shared = std::getenv("VOXSHELL_CACHE");
     options.cache = !o.cache.empty()    ? fs::path(o.cache)
                     : shared && *shared ? fs::path(shared)
@@ -277,9 +199,28 @@ ExitCode run(const BatchChoice &o)
                        return described;
                    }});
 
+    if (o.dry_run) {
+        tell_dry_run(result, o.jobs ? o.jobs : std::max(1u, std::thread::hardware_concurrency()), o.json);
+        return result.worst;
+    }
+    if (!o.shard.empty()) return result.worst;
+    if (!result.unstored.empty() && !o.quiet)
+        tell_warning("batch", options.cache.string(), {"", "results are not stored: " + result.unstored});
+    if (!o.archive.empty()) {
+        const std::unique_ptr<Progress> progress = make_progress(ProgressMode::never, true);
+        write_archive(options.output, o.archive, o.force, *progress);
+    }
+    if (!o.depfile.empty()) {
+        std::vector<fs::path> sources(all.folders.begin(), all.folders.end());
+        if (!o.list.empty()) sources.push_back(o.list);
+        sources.insert(sources.end(), result.sources.begin(), result.sources.end());
+        Depfile depfile;
+        depfile.add({options.output / "manifest.json"}, sources);
+        depfile.write(o.depfile, result.worst == ExitCode::ok);
+    }
     effective["per_part"] = o.per_part;
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-    const BatchReport report{result, effective, o.reproducible, spent.count()};
+    const BatchReport report{inputs, result, options.output, effective, o.reproducible, spent.count()};
     if (!o.report.empty())
         write_report(o.report, o.force, [&](const Outputs::Sink &sink) { report.write(sink); });
     if (o.json)
@@ -313,6 +254,11 @@ VerbAction add_batch(CLI::App &verb)
                     "afterwards take the longest unused out of the cache until it is no larger (default: no "
                     "limit)")
         ->type_name("SIZE");
+    verb.add_option(
+            "--archive", o->archive,
+            "afterwards also write the folder's files as one: NAME.tar.zst or NAME.tar, the same bytes each "
+            "time; unpacked, `voxshell verify --manifest NAME` checks it")
+        ->type_name("FILE");
     verb.add_option("--executor", o->executor,
                     "where parts are converted: local, or slurm: an array job fills the cache, which all its "
                     "nodes must see, as DIR and the inputs (default local)")
@@ -327,10 +273,13 @@ VerbAction add_batch(CLI::App &verb)
         ->type_name("ARG");
     verb.add_option("--shard", o->shard, "what such a task is called with: K/N:HASH")->type_name("SHARD");
     verb.add_flag("--fail-fast", o->fail_fast, "end at the first part that fails (default: go on)");
+    verb.add_flag("--retry-failed", o->retry_failed,
+                  "try parts again that failed by their geometry in an earlier run (default: say so again)");
     add_part_options(verb, *o);
     add_shared(verb, *o,
-               {Shared::unit, Shared::jobs, Shared::max_memory, Shared::strict, Shared::force, Shared::format,
-                Shared::report, Shared::reproducible, Shared::progress, Shared::quiet});
+               {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict,
+                Shared::force, Shared::format, Shared::report, Shared::reproducible, Shared::progress,
+                Shared::quiet});
     return [o] { return run(*o); };
 }
 

@@ -2,11 +2,13 @@
 // voxshell convert: each input to NAME.vdb, NAME.voxmap and NAME.pointshell. Of a scene, what stands becomes
 // the cells and what moves the points, and all that its servo needs besides NAME.plan.
 #include "cli/explain_assets.hpp"
+#include "cli/foreseen.hpp"
 #include "cli/part_options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
 #include "pipeline/choose_voxel.hpp"
 #include "pipeline/convert_scene.hpp"
+#include "pipeline/depfile.hpp"
 #include "pipeline/estimate.hpp"
 #include "pipeline/output.hpp"
 #include "plan/scene_plan.hpp"
@@ -113,6 +115,7 @@ class Convert {
         part_options_ = part_options(o_, o_);
         check_writable(o_.folder);
         if (!o_.report.empty()) check_writable(fs::path(o_.report).parent_path());
+        if (!o_.depfile.empty()) check_writable(fs::path(o_.depfile).parent_path());
         json effective = part_options_json(o_, o_);
         report_.options(effective);
         ExitCode worst = ExitCode::ok;
@@ -134,6 +137,7 @@ class Convert {
             if (o_.json) fmt::print("{}", json_text(foreseen_));
             return worst;
         }
+        if (!o_.depfile.empty()) depfile_.write(o_.depfile);
         if (o_.voxel_auto && chosen_.size() == 1) effective["voxel_m"] = *chosen_.begin();
         report_.options(effective);
         const std::string text = report_.text();
@@ -170,8 +174,8 @@ class Convert {
             const Scene scene = read(input);
             const Part part = convert_part(scene, options, *progress_);
             chosen_.insert(part.voxel);
-            write(input, part.voxel, {{input.path.filename().string(), scene.source_hash, part}}, part.vdb,
-                  part.voxmap, part.pointshell);
+            write(input, part.voxel, {{input.path.filename().string(), scene.source_hash, part}}, scene.files,
+                  part.vdb, part.voxmap, part.pointshell);
             return;
         }
         const SceneFile scene = read_scene(input.path);
@@ -186,8 +190,13 @@ class Convert {
             made.push_back({parts.moving[n].name, geometry.moving[n].source_hash, parts.moving[n]});
             more.emplace_back(moving_ending(n), &parts.moving[n].voxmap);
         }
-        write(input, scene.voxel, made, parts.statics.vdb, parts.statics.voxmap, parts.dynamic.pointshell,
-              more);
+        std::vector<fs::path> sources{input.path};
+        for (const Scene *half : {&geometry.statics, &geometry.dynamic})
+            sources.insert(sources.end(), half->files.begin(), half->files.end());
+        for (const Scene &goes : geometry.moving)
+            sources.insert(sources.end(), goes.files.begin(), goes.files.end());
+        write(input, scene.voxel, made, sources, parts.statics.vdb, parts.statics.voxmap,
+              parts.dynamic.pointshell, more);
         if (!o_.explain || o_.json) return;
         fmt::print("why each byte is there:\n");
         explain_asset(scene, input.name + ".voxmap", parts.statics.voxmap);
@@ -206,9 +215,9 @@ class Convert {
         const Part &part;
     };
 
-    void write(const Input &input, double voxel, const std::vector<Made> &made, const Bytes &vdb,
-               const Bytes &voxmap, const Bytes &pointshell,
-               const std::vector<std::pair<std::string, const Bytes *>> &more = {})
+    void write(const Input &input, double voxel, const std::vector<Made> &made,
+               const std::vector<fs::path> &sources, const Bytes &vdb, const Bytes &voxmap,
+               const Bytes &pointshell, const std::vector<std::pair<std::string, const Bytes *>> &more = {})
     {
         Outputs outputs(o_.force);
         const fs::path base = fs::path(o_.folder) / input.name;
@@ -219,6 +228,9 @@ class Convert {
             outputs.add(base.string() + ending, *bytes, progress_.get());
         progress_->check(); // the last chance: from here on the files are there
         outputs.commit();
+        std::vector<fs::path> targets;
+        for (const auto &[ending, bytes] : files) targets.push_back(base.string() + ending);
+        depfile_.add(targets, sources);
 
         for (const auto &[label, source, part] : made) {
             report_.input(input.path, source);
@@ -305,33 +317,13 @@ class Convert {
 
     void foresee(const Input &input, const std::string &label, const Scene &scene, double voxel)
     {
-        Mesh mesh = flatten(scene);
+        PartOptions options = part_options_;
+        options.voxel = voxel;
         warn(input, scene.warnings);
-        if (o_.weld > 0) stitch_within(mesh, o_.weld);
-        if (!(voxel > 0)) { // what convert_part() would choose
-            orient(mesh);
-            const VoxelChoice choice = choose_voxel(mesh, thickness(mesh, *progress_),
-                                                    o_.max_memory.value_or(machine_memory()), o_.channels);
-            voxel = choice.voxel;
-            if (!o_.json) fmt::print("{}: voxel {}: {}\n", label, format_length(voxel), choice.why);
-        }
-        const Estimate e = estimate(mesh, voxel, o_.channels, o_.shell_spacing);
-        check_budget(mesh, voxel, o_.max_memory.value_or(machine_memory()), o_.channels);
-        if (o_.shell_spacing > 0)
-            check_budget(mesh, o_.shell_spacing, o_.max_memory.value_or(machine_memory()), {},
-                         "shell spacing");
-        foreseen_["estimates"].push_back({{"name", input.kind == InputKind::scene ? label : input.name},
-                                          {"triangles", mesh.triangles.size()},
-                                          {"surface_cells", std::llround(e.surface_cells)},
-                                          {"memory_bytes", std::llround(e.memory_bytes)},
-                                          {"file_bytes", std::llround(e.file_bytes)},
-                                          {"voxel_m", voxel},
-                                          {"seconds", e.seconds}});
-        if (!o_.json)
-            fmt::print("{}: {} triangles, about {:.2g} surface cells, {} of memory, {} of files, {:.2g} s\n",
-                       label, format_count(mesh.triangles.size()), e.surface_cells,
-                       format_size(static_cast<std::uint64_t>(e.memory_bytes)),
-                       format_size(static_cast<std::uint64_t>(e.file_bytes)), e.seconds);
+        const Foreseen foreseen = voxshell::foresee(scene, options, *progress_);
+        foreseen_["estimates"].push_back(
+            foreseen_json(input.kind == InputKind::scene ? label : input.name, foreseen));
+        if (!o_.json) tell_foreseen(label, foreseen);
     }
 
     void warn(const Input &input, const std::vector<Warning> &warnings)
@@ -346,6 +338,7 @@ class Convert {
     PartOptions part_options_;
     std::unique_ptr<Progress> progress_;
     RunReport report_;
+    Depfile depfile_;
     std::set<double> chosen_; ///< voxels of the parts [m]
     json foreseen_ = {
         {"schema", "voxshell-estimate/1"}, {"version", tool_version()}, {"estimates", json::array()}};

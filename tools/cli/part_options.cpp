@@ -43,6 +43,9 @@ void add_part_options(CLI::App &verb, PartChoice &o)
                     "points: exact (on the surface) or naive (centres of cells) (default exact)")
         ->check(CLI::IsMember({"exact", "naive"}))
         ->type_name("KIND");
+    verb.add_option("--depfile", o.depfile,
+                    "also write for make, ninja or CMake which files the results were made of")
+        ->type_name("FILE");
     add_extra(verb, o);
 }
 

@@ -14,6 +14,7 @@ struct PartChoice : ExtraOptions {
     double close_gap = 0;    ///< [m]
     double weld = 0;         ///< [m]
     bool inspect_mesh = false;
+    std::string depfile; ///< of no influence on a result
 };
 
 void add_part_options(CLI::App &verb, PartChoice &choice);

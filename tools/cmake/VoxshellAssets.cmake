@@ -3,12 +3,12 @@
 #
 #   list(APPEND CMAKE_MODULE_PATH /path/to/voxshell/tools/cmake)
 #   include(VoxshellAssets)
-#   voxshell_assets(gripper INPUTS jaw.stl robot.glb OUTPUT ${CMAKE_BINARY_DIR}/assets VOXEL 0.5mm
-#                   OPTIONS --unit mm --per-part [DEPENDS robot.bin])
+#   voxshell_assets(gripper INPUTS jaw.stl robot.gltf OUTPUT ${CMAKE_BINARY_DIR}/assets VOXEL 0.5mm
+#                   OPTIONS --unit mm --per-part)
 #
-# The target `gripper` runs `voxshell batch` whenever an input, or a file in DEPENDS (a .gltf's buffers), is newer than
-# OUTPUT/manifest.json; of the parts only those that changed are converted. VOXSHELL_EXECUTABLE names the program, else the
-# one in the PATH is taken.
+# The target `gripper` runs `voxshell batch` whenever an input, a file that one refers to (a .gltf's buffers), or a file in
+# a folder among the inputs is newer than OUTPUT/manifest.json; of the parts only those that changed are converted.
+# VOXSHELL_EXECUTABLE names the program, else the one in the PATH is taken.
 include_guard()
 find_program(VOXSHELL_EXECUTABLE voxshell REQUIRED DOC "the command voxshell")
 
@@ -24,11 +24,14 @@ function(voxshell_assets target)
     get_filename_component(input "${input}" ABSOLUTE)
     list(APPEND inputs "${input}")
   endforeach()
-  set(manifest "${arg_OUTPUT}/manifest.json")
+  get_filename_component(output "${arg_OUTPUT}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_BINARY_DIR}")
+  set(manifest "${output}/manifest.json")
+  set(depfile "${CMAKE_CURRENT_BINARY_DIR}/${target}.d")
+  cmake_policy(SET CMP0116 NEW)
   add_custom_command(OUTPUT "${manifest}"
-    COMMAND "${VOXSHELL_EXECUTABLE}" batch ${inputs} -o "${arg_OUTPUT}" --voxel ${arg_VOXEL} ${arg_OPTIONS}
-    COMMAND "${CMAKE_COMMAND}" -E touch "${manifest}" # the same bytes are not written again
+    COMMAND "${VOXSHELL_EXECUTABLE}" batch ${inputs} -o "${output}" --voxel ${arg_VOXEL} --depfile "${depfile}" ${arg_OPTIONS}
     DEPENDS ${inputs} ${arg_DEPENDS}
+    DEPFILE "${depfile}"
     COMMENT "Haptic assets of ${target}" VERBATIM)
   add_custom_target(${target} ALL DEPENDS "${manifest}")
 endfunction()

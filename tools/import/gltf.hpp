@@ -51,6 +51,7 @@ struct GltfDocument {
     bool quantized = false;                               ///< KHR_mesh_quantization is in use
     bool declares_scene = false;
     std::size_t animations = 0;
+    std::vector<std::string> materials; ///< names
 
     bool requires_extension(const std::string &name) const
     {

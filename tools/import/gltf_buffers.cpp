@@ -189,6 +189,7 @@ std::span<const std::uint8_t> GltfBuffers::external(std::size_t index, const std
     if (fresh) {
         entry->second = read_whole_file(folder / relative, source_.name);
         source_.hash.update(entry->second);
+        source_.files.push_back((folder / relative).lexically_normal());
         loaded_ += entry->second.size();
     }
     return entry->second;

@@ -186,7 +186,14 @@ Mesh GltfMeshes::mesh(int index)
     Mesh out;
     out.name = in.name.empty() ? fmt::format("mesh{}", index) : printable(in.name);
     ++stamp_;
-    for (std::size_t i = 0; i < in.primitives.size(); ++i) add_primitive(index, static_cast<int>(i), out);
+    for (std::size_t i = 0; i < in.primitives.size(); ++i) {
+        const std::size_t before = out.triangles.size();
+        add_primitive(index, static_cast<int>(i), out);
+        if (out.triangles.size() == before || in.primitives[i].material < 0) continue;
+        const auto material = static_cast<std::uint32_t>(in.primitives[i].material);
+        if (std::find(out.materials.begin(), out.materials.end(), material) == out.materials.end())
+            out.materials.push_back(material);
+    }
     return out;
 }
 

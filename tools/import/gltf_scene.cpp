@@ -29,11 +29,16 @@ class SceneBuilder {
     {
         std::vector<Step> from;
         for (const int root : root_nodes())
-            from.push_back({root, compose(gltf_identity, pose_of(node_at(root))), ""});
+            from.push_back({root, compose(gltf_identity, pose_of(node_at(root))), "", {}});
         if (!wanted.empty()) from = {stands(find(from, wanted), wanted)};
         walk(std::move(from), [&](const Step &step, const std::string &path) {
-            add_node(step.node, node_at(step.node), step.pose, path);
+            const tinygltf::Node &node = node_at(step.node);
+            const auto number = static_cast<std::uint32_t>(scene_.nodes.size());
+            scene_.nodes.push_back({node.name, step.parent, step.parent ? pose_of(node) : step.pose});
+            add_node(step.node, node, step.pose, path, number);
+            return number;
         });
+        scene_.materials = document_.materials;
         if (!wanted.empty() && scene_.instances.empty())
             source_.invalid(fmt::format("node '{}' has no triangles", printable(wanted)));
         warn();
@@ -45,8 +50,9 @@ class SceneBuilder {
 
     struct Step {
         int node;
-        Pose pose;        ///< scene from node
-        std::string path; ///< of its parent
+        Pose pose;                           ///< scene from node
+        std::string path;                    ///< of its parent
+        std::optional<std::uint32_t> parent; ///< what the visit of its parent gave
     };
 
     const tinygltf::Node &node_at(int index) const
@@ -56,7 +62,7 @@ class SceneBuilder {
 
     /// Depth first with a stack of our own: a chain of nodes may be as long as the file.
     void walk(std::vector<Step> stack,
-              const std::function<void(const Step &, const std::string &)> &visit) const
+              const std::function<std::uint32_t(const Step &, const std::string &)> &visit) const
     {
         std::reverse(stack.begin(), stack.end());
         while (!stack.empty()) {
@@ -64,9 +70,9 @@ class SceneBuilder {
             stack.pop_back();
             const tinygltf::Node &node = node_at(step.node);
             const std::string path = path_of(step.path, node, step.node);
-            visit(step, path);
+            const std::uint32_t number = visit(step, path);
             for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
-                stack.push_back({*child, compose(step.pose, pose_of(node_at(*child))), path});
+                stack.push_back({*child, compose(step.pose, pose_of(node_at(*child))), path, number});
         }
     }
 
@@ -74,9 +80,11 @@ class SceneBuilder {
     {
         std::optional<Step> found;
         walk(from, [&](const Step &step, const std::string &) {
-            if (node_at(step.node).name != wanted) return;
+            if (node_at(step.node).name != wanted) return 0u;
             if (found) source_.invalid(fmt::format("two nodes are called '{}'", printable(wanted)));
             found = step;
+            found->parent.reset();
+            return 0u;
         });
         if (!found) source_.invalid(fmt::format("the scene has no node '{}'", printable(wanted)));
         return *found;
@@ -149,7 +157,8 @@ class SceneBuilder {
         return made;
     }
 
-    void add_node(int index, const tinygltf::Node &node, const Pose &pose, const std::string &path)
+    void add_node(int index, const tinygltf::Node &node, const Pose &pose, const std::string &path,
+                  std::uint32_t number)
     {
         const auto instancing = document_.instancing.find(index);
         if (node.mesh < 0) {
@@ -161,13 +170,13 @@ class SceneBuilder {
         if (made == no_triangles) return;
         const auto mesh_index = static_cast<std::uint32_t>(made);
         if (instancing == document_.instancing.end()) {
-            scene_.instances.push_back({unique(path), mesh_index, pose});
+            scene_.instances.push_back({unique(path), mesh_index, pose, number});
             return;
         }
         std::size_t count = 0;
         for (const Pose &each : instance_poses(instancing->second, path))
             scene_.instances.push_back(
-                {unique(fmt::format("{}[{}]", path, count++)), mesh_index, compose(pose, each)});
+                {unique(fmt::format("{}[{}]", path, count++)), mesh_index, compose(pose, each), number});
     }
 
     std::vector<Pose> instance_poses(const std::map<std::string, int> &attributes, const std::string &path)

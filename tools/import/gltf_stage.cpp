@@ -122,8 +122,9 @@ GltfStage read_gltf_stage(const std::filesystem::path &path)
 {
     const std::string name = path.string();
     const Bytes bytes = read_whole_file(path, name);
-    Sha256Stream hash; // of what buffers take in besides: import_scene() tells that
-    const Source source{path, name, bytes, hash};
+    Sha256Stream hash;                        // of what buffers take in besides: import_scene() tells that
+    std::vector<std::filesystem::path> files; // as it does these
+    const Source source{path, name, bytes, hash, files};
     const std::string ending = path.extension().string();
     GltfStage stage = StageReader(source, gltf_parts(source, ending == ".glb" || ending == ".GLB")).run();
     stage.source_hash = sha256(bytes);

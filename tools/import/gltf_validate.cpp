@@ -81,6 +81,8 @@ class Validator {
             skin.reference("skeleton", count_["nodes"]);
         }
         out_.animations = count_["animations"];
+        for (const GltfObject &material : root_.objects("materials"))
+            out_.materials.push_back(material.text("name").value_or(""));
 
         for (const GltfObject &buffer : root_.objects("buffers")) add_buffer(buffer);
         Json reduced = {{"asset", {{"version", "2.0"}}}};
@@ -352,7 +354,8 @@ class Validator {
             }
             reduced["indices"] = *indices;
         }
-        primitive.reference("material", count_["materials"]);
+        if (const auto material = primitive.reference("material", count_["materials"]))
+            reduced["material"] = *material;
         for (const GltfObject &target : primitive.objects("targets")) {
             attributes(target, count);
             reduced["targets"].push_back(Json::object()); // that there is one is all that is needed

@@ -20,12 +20,14 @@ using Bytes = std::vector<std::uint8_t>;
 /// pointer lies in its place. `blame` is the file that the message names (a buffer's owner).
 Bytes read_whole_file(const std::filesystem::path &path, const std::string &blame);
 
-/// What an importer is given. `hash` has taken in the main file; the importer adds each external buffer.
+/// What an importer is given. `hash` has taken in the main file, `files` begins with it; the importer adds
+/// each external buffer.
 struct Source {
     std::filesystem::path path;
     std::string name; ///< path as the user gave it: Failure::file
     std::span<const std::uint8_t> bytes;
     Sha256Stream &hash;
+    std::vector<std::filesystem::path> &files;
 
     [[noreturn]] void refuse(ExitCode code, const std::string &what) const
     {

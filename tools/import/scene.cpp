@@ -128,7 +128,8 @@ Scene import_scene(const std::filesystem::path &path, const ImportOptions &optio
     const Bytes bytes = read_whole_file(path, name);
     Sha256Stream hash;
     hash.update(bytes);
-    const Source source{path, name, bytes, hash};
+    std::vector<std::filesystem::path> files{path};
+    const Source source{path, name, bytes, hash, files};
     Scene scene;
     try {
         scene = importer->import(source, options);
@@ -137,16 +138,19 @@ Scene import_scene(const std::filesystem::path &path, const ImportOptions &optio
     }
     scene.name = path.stem().string();
     scene.source_hash = hash.digest();
+    scene.files = std::move(files);
     for (Mesh &mesh : scene.meshes)
         if (mesh.name.empty()) mesh.name = scene.name;
+    const auto stand_up = [](std::array<double, 12> &m) { // (x, y, z) -> (x, z, -y) after the pose
+        std::swap_ranges(m.begin() + 4, m.begin() + 8, m.begin() + 8);
+        for (std::size_t i = 8; i < 12; ++i) m[i] = 0.0 - m[i];
+    };
     for (Instance &instance : scene.instances) {
         if (instance.name.empty()) instance.name = "/" + scene.name;
-        if (options.z_up) { // (x, y, z) -> (x, z, -y) after the pose
-            std::array<double, 12> &m = instance.pose;
-            std::swap_ranges(m.begin() + 4, m.begin() + 8, m.begin() + 8);
-            for (std::size_t i = 8; i < 12; ++i) m[i] = 0.0 - m[i];
-        }
+        if (options.z_up) stand_up(instance.pose);
     }
+    for (SceneNode &node : scene.nodes)
+        if (options.z_up && !node.parent) stand_up(node.pose);
     check(source, scene);
     return scene;
 }

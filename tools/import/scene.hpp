@@ -28,6 +28,8 @@ struct Mesh {
     std::vector<Point> vertices;
     std::vector<Triangle> triangles;
     std::vector<Solid> solids = {}; ///< of an STL with several, in order; else none
+    std::vector<std::uint32_t> materials =
+        {}; ///< of Scene::materials, each once, as its triangles come to them
 };
 
 /// One occurrence of a mesh in the scene.
@@ -37,16 +39,27 @@ struct Instance {
     /// Scene from mesh, 3 x 4 row-major (rotation, scale, shear | translation [m]). A negative
     /// determinant mirrors: flatten() turns the winding round so that the outside stays outside.
     std::array<double, 12> pose{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    std::optional<std::uint32_t> node = {}; ///< of Scene::nodes, where there are any
+};
+
+/// A node of the tree that the instances hang on.
+struct SceneNode {
+    std::string name;                    ///< as the file has it: may be empty, and another's too
+    std::optional<std::uint32_t> parent; ///< of Scene::nodes, before this one; none: it stands in the scene
+    std::array<double, 12> pose;         ///< parent (or scene) from node, 3 x 4 row-major
 };
 
 struct Scene {
     std::string name; ///< file name without folder and ending
     std::vector<Mesh> meshes;
     std::vector<Instance> instances;
+    std::vector<SceneNode> nodes = {};       ///< glTF: all of the scene's; else none
+    std::vector<std::string> materials = {}; ///< glTF: names of the file's, which may be empty
     std::array<std::uint8_t, 32>
         source_hash{}; ///< SHA-256 of the input file's bytes and then of each external buffer's
     std::array<double, 12> stand{
-        1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}; ///< with ImportOptions::node: where it stands, file from node
+        1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< with ImportOptions::node: where it stands, file from node
+    std::vector<std::filesystem::path> files; ///< all that was read: the input file, then external buffers
     std::vector<Warning> warnings;
 };
 

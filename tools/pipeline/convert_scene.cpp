@@ -90,8 +90,9 @@ Scene gather(const SceneFile &of, const std::vector<ScenePart> &parts)
         const std::string prefix = fmt::format("/{}:{}", &part - parts.data(), scene.name);
         for (Instance &instance : scene.instances) {
             all.instances.push_back(
-                {prefix + instance.name, first + instance.mesh, product(pose, instance.pose)});
+                {prefix + instance.name, first + instance.mesh, product(pose, instance.pose), {}});
         }
+        std::move(scene.files.begin(), scene.files.end(), std::back_inserter(all.files));
         std::move(scene.meshes.begin(), scene.meshes.end(), std::back_inserter(all.meshes));
         for (const Warning &warning : scene.warnings) {
             if (part.file == of.path && warning.code == "gltf-animations") continue; // they are its paths

@@ -153,7 +153,8 @@ int Outputs::create(const fs::path &path)
     return file;
 }
 
-void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes, Progress *watched)
+void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes, Progress *watched,
+                  const std::function<bool()> &may_replace)
 {
     Progress silent, &progress = watched ? *watched : silent;
     if (make_way(path)) {
@@ -162,7 +163,7 @@ void Outputs::add(const fs::path &path, std::span<const std::uint8_t> bytes, Pro
             pending_.push_back({{}, path});
             return;
         }
-        if (!force_)
+        if (!force_ && !(may_replace && may_replace()))
             throw Failure(ExitCode::system, path.string(), "exists with other content; --force overwrites");
     }
     Descriptor file(create(path));

@@ -28,10 +28,10 @@ class Outputs {
     Outputs(const Outputs &) = delete;
     Outputs &operator=(const Outputs &) = delete;
     /// Writes the bytes under a temporary name. An existing file with other content is refused
-    /// (Failure(system), "exists with other content; --force overwrites") unless `force`. `progress`, if
-    /// given, is asked whether to go on.
+    /// (Failure(system), "exists with other content; --force overwrites") unless `force` or `may_replace()`
+    /// say otherwise. `progress`, if given, is asked whether to go on.
     void add(const std::filesystem::path &path, std::span<const std::uint8_t> bytes,
-             Progress *progress = nullptr);
+             Progress *progress = nullptr, const std::function<bool()> &may_replace = {});
     void add(const std::filesystem::path &path, const std::string &text);
     /// The same for a file too large to hold: `write` hands its bytes to the sink piece by piece.
     using Sink = std::function<void(std::string_view)>;
