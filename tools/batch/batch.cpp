@@ -139,13 +139,13 @@ class Batch {
 
     Made convert(const Job &job)
     {
-        const Scene scene = all_.scene_of(job);
+        Scene scene = all_.scene_of(job);
         PartOptions options = all_.options_of(job);
         Made made;
         options.admit = [&](double bytes) {
             made.share = std::make_unique<MemoryBudget::Share>(*budget_, static_cast<std::uint64_t>(bytes));
         };
-        Part part = convert_part(scene, options, *progress_);
+        Part part = convert_part(std::move(scene), options, *progress_);
         json about = watch_.describe ? watch_.describe(part) : json::object();
         about["warnings"] = json::array();
         for (const Warning &warning : part.warnings)

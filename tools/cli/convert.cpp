@@ -171,8 +171,8 @@ class Convert {
         PartOptions options = part_options_;
         options.import = import_options(input);
         if (input.kind != InputKind::scene) {
-            const Scene scene = read(input);
-            const Part part = convert_part(scene, options, *progress_);
+            Scene scene = read(input);
+            const Part part = convert_part(std::move(scene), options, *progress_); // leaves hash and files
             chosen_.insert(part.voxel);
             write(input, part.voxel, {{input.path.filename().string(), scene.source_hash, part}}, scene.files,
                   part.vdb, part.voxmap, part.pointshell);

@@ -138,6 +138,7 @@ Shell make_shell(const LatticeMesh &mesh, const PartOptions &options, Progress &
 
 // What is looked for without being asked must not be felt; what was asked for must end (minutes).
 constexpr std::size_t quick_triangles = 20000;
+constexpr std::size_t most_at_once = std::size_t{1} << 27; // flatten() refuses more
 constexpr std::uint64_t quick_pairs = 1'000'000, thorough_pairs = 2'000'000'000;
 
 } // namespace
@@ -154,7 +155,10 @@ StitchReport stitch_within(Mesh &mesh, double weld)
     return stitch(mesh, weld);
 }
 
-Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progress)
+namespace {
+
+/// `mesh`: all of the scene, of which it needs no more than names, hash and warnings besides.
+Part convert(Mesh mesh, const Scene &scene, const PartOptions &wanted, Progress &progress)
 {
     PartOptions options = wanted;
     const std::uint64_t budget = options.max_memory ? options.max_memory : machine_memory();
@@ -163,8 +167,6 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     part.warnings = scene.warnings;
     Judge judge(options.strict, part.warnings);
 
-    progress.stage("mesh", 0);
-    Mesh mesh = flatten(scene);
     if (options.voxel > 0) check_budget(mesh, options.voxel, budget, options.channels);
     if (options.shell_spacing > 0) check_budget(mesh, options.shell_spacing, budget, {}, "shell spacing");
     if (options.weld > 0) part.stitch = stitch_within(mesh, options.weld);
@@ -252,6 +254,31 @@ Part convert_part(const Scene &scene, const PartOptions &wanted, Progress &progr
     part.voxmap = voxmap_bytes(std::move(map), &progress);
     progress.advance(1);
     return part;
+}
+
+} // namespace
+
+Part convert_part(const Scene &scene, const PartOptions &options, Progress &progress)
+{
+    progress.stage("mesh", 0);
+    return convert(flatten(scene), scene, options, progress);
+}
+
+Part convert_part(Scene &&scene, const PartOptions &options, Progress &progress)
+{
+    progress.stage("mesh", 0);
+    Mesh mesh;
+    const bool is_flat = scene.instances.size() == 1 && scene.meshes.size() == 1 &&
+                         scene.instances[0].pose == Instance{}.pose;
+    if (is_flat && scene.meshes[0].triangles.size() < most_at_once) {
+        mesh = std::move(scene.meshes[0]);
+        for (Point &p : mesh.vertices)
+            for (double &x : p) x += 0.0; // as flatten(): no minus zero
+    } else {
+        mesh = flatten(scene);
+    }
+    scene.meshes.clear();
+    return convert(std::move(mesh), scene, options, progress);
 }
 
 const char *tool_version()

@@ -67,6 +67,8 @@ StitchReport stitch_within(Mesh &mesh, double weld);
 
 /// Throws Failure: requirement (--strict, memory, limits of the formats), interrupted.
 Part convert_part(const Scene &scene, const PartOptions &options, Progress &progress);
+/// The same, and the scene's meshes are gone: there is no second copy of a huge one while it is converted.
+Part convert_part(Scene &&scene, const PartOptions &options, Progress &progress);
 
 /// Version of the tools, as in META sections and reports.
 const char *tool_version();
