@@ -3,7 +3,7 @@
 import command
 import shapes
 
-VERBS = ('convert', 'inspect', 'verify', 'diff', 'pack', 'export', 'simulate')
+VERBS = ('convert', 'batch', 'inspect', 'verify', 'diff', 'pack', 'export', 'simulate')
 
 
 class Usage(command.CommandTest):

@@ -276,6 +276,14 @@ VerbAction add_batch(CLI::App &verb)
     verb.add_flag("--retry-failed", o->retry_failed,
                   "try parts again that failed by their geometry in an earlier run (default: say so again)");
     add_part_options(verb, *o);
+    std::string of_parts = "of each part, as voxshell convert --help tells:";
+    for (const char *name : {"--close-gaps", "--weld", "--inspect-mesh", "--shell", "--shell-spacing",
+                             "--thin-shell", "--channels"}) {
+        verb.get_option(name)->group("");
+        of_parts += std::string(" ") + name;
+    }
+    verb.get_option("--shard")->group(""); // the program itself says it
+    verb.footer(of_parts);
     add_shared(verb, *o,
                {Shared::unit, Shared::jobs, Shared::max_memory, Shared::dry_run, Shared::strict,
                 Shared::force, Shared::format, Shared::report, Shared::reproducible, Shared::progress,

@@ -67,6 +67,7 @@ std::string help(const CLI::App *app, std::string, CLI::AppFormatMode)
              : fmt::format("{}\n\nvoxshell VERB ...: {}\n", verbs()[0].example, app->get_description());
     std::string arguments, options;
     for (const CLI::Option *option : app->get_options()) {
+        if (option->get_group().empty()) continue; // the footer has their names
         if (option->get_positional()) {
             arguments += row(option->get_name(true) + (option->get_items_expected_max() > 1 ? "..." : ""),
                              option->get_description());
@@ -84,6 +85,7 @@ std::string help(const CLI::App *app, std::string, CLI::AppFormatMode)
     }
     if (!arguments.empty()) out += "\narguments\n" + arguments;
     out += "\noptions\n" + options;
+    if (!app->get_footer().empty()) out += "\n" + wrapped(app->get_footer(), width, 2) + "\n";
     out += verb ? "" : std::string("\nvoxshell VERB --help tells more.\n") + exit_codes;
     return out;
 }

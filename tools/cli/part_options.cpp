@@ -24,9 +24,7 @@ void add_part_options(CLI::App &verb, PartChoice &o)
             "% of "
             "the walls (no default: required; a scene has it)")
         ->type_name("LEN");
-    verb.add_option(
-            "--up", o.up,
-            "axis that points up in the file: y, or z to turn the part into the +Y up scene (default y)")
+    verb.add_option("--up", o.up, "axis that is up in the file: y, or z, which is turned to +Y (default y)")
         ->check(CLI::IsMember({"y", "z"}))
         ->type_name("AXIS");
     add_length(verb, "--close-gaps", o.close_gap,
