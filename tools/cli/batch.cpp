@@ -251,13 +251,11 @@ VerbAction add_batch(CLI::App &verb)
                     "(default: $VOXSHELL_CACHE, or DIR/.voxshell-cache)")
         ->type_name("DIR");
     verb.add_option("--cache-size", o->cache_size,
-                    "afterwards take the longest unused out of the cache until it is no larger (default: no "
-                    "limit)")
+                    "then drop what was unused for longest until the cache is no larger")
         ->type_name("SIZE");
     verb.add_option(
             "--archive", o->archive,
-            "afterwards also write the folder's files as one: NAME.tar.zst or NAME.tar, the same bytes each "
-            "time; unpacked, `voxshell verify --manifest NAME` checks it")
+            "then also write the results as one file, NAME.tar.zst or NAME.tar: the same bytes each time")
         ->type_name("FILE");
     verb.add_option("--executor", o->executor,
                     "where parts are converted: local, or slurm: an array job fills the cache, which all its "
@@ -274,7 +272,7 @@ VerbAction add_batch(CLI::App &verb)
     verb.add_option("--shard", o->shard, "what such a task is called with: K/N:HASH")->type_name("SHARD");
     verb.add_flag("--fail-fast", o->fail_fast, "end at the first part that fails (default: go on)");
     verb.add_flag("--retry-failed", o->retry_failed,
-                  "try parts again that failed by their geometry in an earlier run (default: say so again)");
+                  "try again what failed by its geometry before (default: say so again)");
     add_part_options(verb, *o);
     std::string of_parts = "of each part, as voxshell convert --help tells:";
     for (const char *name : {"--close-gaps", "--weld", "--inspect-mesh", "--shell", "--shell-spacing",
