@@ -34,7 +34,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t *bytes, std::size_t size)
 {
     Sha256Stream hash;
     const bool is_binary = size >= 4 && std::memcmp(bytes, "glTF", 4) == 0;
-    const Source source{"/nowhere/fuzz.glb", "fuzz.glb", {bytes, size}, hash};
+    std::vector<std::filesystem::path> files;
+    const Source source{"/nowhere/fuzz.glb", "fuzz.glb", {bytes, size}, hash, files};
     try {
         const Scene scene = is_binary ? import_glb(source, {}) : import_gltf(source, {});
         fuzz::check(scene);

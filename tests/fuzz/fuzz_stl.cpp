@@ -19,7 +19,8 @@ constexpr char text[] =
 int LLVMFuzzerTestOneInput(const std::uint8_t *bytes, std::size_t size)
 {
     Sha256Stream hash;
-    const Source source{"fuzz.stl", "fuzz.stl", {bytes, size}, hash};
+    std::vector<std::filesystem::path> files;
+    const Source source{"fuzz.stl", "fuzz.stl", {bytes, size}, hash, files};
     try {
         const Scene scene = import_stl(source, {.unit = 0.001, .z_up = size % 2 == 0});
         FUZZ_CHECK(scene.meshes.size() == 1 && !scene.meshes[0].triangles.empty());
