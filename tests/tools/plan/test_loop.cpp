@@ -245,6 +245,28 @@ TEST_CASE("margins end where the loop does")
     }
 }
 
+TEST_CASE("friction and encoder steps together keep going what neither does alone")
+{
+    vxs_simulated_config device;
+    vxs_simulated_config_default(&device, vxs_simulated_profile_named("desktop"));
+    device.arm = *vxs_simulated_arm_named("pen");
+    const vxs_coupling_config coupling = coupling_of(2, 1, device.sample_time);
+    const double stiffness = 1000;
+    CHECK(stiffness < hunting_stiffness(device, coupling));
+    CHECK(stiffness > quantisation_limit(device));
+    const auto swing = [&](bool friction, bool steps) {
+        vxs_simulated_config other = device;
+        if (!friction) other.profile.friction = 0;
+        if (!steps) other.profile.resolution = 0;
+        TimeDomain loop(other, coupling, 0.005);
+        loop.run(stiffness, 30'000);
+        return loop.run(stiffness, 2'000).amplitude();
+    };
+    CHECK(swing(true, true) > 10 * device.profile.resolution);
+    CHECK(swing(true, false) < device.profile.resolution);
+    CHECK(swing(false, true) < device.profile.resolution);
+}
+
 TEST_CASE("limits")
 {
     vxs_simulated_config device = device_of(3, 0);
