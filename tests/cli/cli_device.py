@@ -62,7 +62,7 @@ class Device(command.CommandTest):
             self.assertEqual(run.returncode, 130)
 
     def test_refusals(self):
-        for arguments, code, says in [(['test'], 1, 'say which'), (['test', 'sim:toaster'], 1, 'no such simulated'), (['test', 'toaster'], 1, 'no such kind'),
+        for arguments, code, says in [(['test'], 1, 'say which'), (['test', 'sim:toaster'], 1, "no device 'sim:toaster'; there are sim:touch"), (['test', 'toaster'], 1, 'no such kind'),
                                       (['test', 'hvlink'], 1, 'say where'), (['test', 'hvlink:/dev/there-is-none'], 2, 'no such device'),
                                       (['test', 'hvlink:/dev/null'], 2, 'no such device'), (['dance'], 1, 'dance'),
                                       (['doctor', '--plot', 'h.txt'], 1, 'h.txt'), (['test', 'sim:falcon', '--rate', '99'], 1, '99')]:

@@ -303,6 +303,12 @@ int64_t emulated_now(void *e)
 
 void emulated_init(emulated *e, const emulated_kind *kind)
 {
+    emulated_init_held(e, kind, vxs_simulated_arm_named("hand"),
+                       0); /* what the motors do is what the hand holds */
+}
+
+void emulated_init_held(emulated *e, const emulated_kind *kind, const vxs_simulated_arm *arm, double friction)
+{
     static const vxs_hvlink_caps caps = {.session = 77,
                                          .sensed = 3,
                                          .actuated = 3,
@@ -318,7 +324,8 @@ void emulated_init(emulated *e, const emulated_kind *kind)
     e->has_firmware = e->is_homed = 1;
     vxs_hvlink_device_init(&e->hvlink, &caps);
     vxs_simulated_config_default(&config, vxs_simulated_profile_named("falcon"));
-    config.profile.friction = 0; /* what the motors do is what the hand holds */
+    config.arm = *arm;
+    config.profile.friction = friction;
     CHECK_INT(vxs_simulated_open(e->memory, sizeof e->memory, &config, &e->tip), VXS_OK);
     CHECK_INT(vxs_device_arm(e->tip), VXS_OK);
 }

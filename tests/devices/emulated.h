@@ -64,6 +64,10 @@ extern const emulated_kind *const emulated_kinds[4];
 
 /* At rest, held by a hand, firmware there and homed, no trouble. */
 void emulated_init(emulated *e, const emulated_kind *kind);
+
+/* The same, held otherwise, with Coulomb friction [N] at the tip. */
+void emulated_init_held(emulated *e, const emulated_kind *kind, const vxs_simulated_arm *arm,
+                        double friction);
 vxsi_wire emulated_wire(emulated *e);
 int64_t emulated_now(void *e);
 

@@ -252,8 +252,12 @@ static int run_host(const char *path)
 {
     vxs_device *device;
     vxs_device_state state;
-    vxs_result result = open_host(path, open_memory(), &device);
-    if (result != VXS_OK) return result == VXS_BUSY ? HOST_REFUSED : 3;
+    void *memory = open_memory();
+    vxs_result result = open_host(path, memory, &device);
+    if (result != VXS_OK) {
+        free(memory);
+        return result == VXS_BUSY ? HOST_REFUSED : 3;
+    }
     for (;;) {
         pause_ms(20);
         vxs_device_disarm(device);

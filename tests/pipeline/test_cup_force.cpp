@@ -293,7 +293,9 @@ TEST_CASE("60 s on the simulated Phantom: no NaN, no missed state, the same trac
                                      {"sphere.pointshell", open.shell_file->content_hash()}, {}, {});
     const vxs_asset of_plan[] = {open.map_file->asset(), open.shell_file->asset()};
     const PlannedServo planned(plan, of_plan, "cup");
-    const RunOptions options{60, false, true};
+    RunOptions options;
+    options.seconds = 60;
+    options.keep_rows = true;
     const ServoRun run = run_servo(planned, options, silent);
     CHECK(run.ticks == 60'000);
     CHECK(run.contact_ticks > 30'000);

@@ -215,8 +215,137 @@ static void check_passive(void)
     }
 }
 
+/* Sums over many samples of a device at rest: what is added has the deviation that was asked for, and no
+ * mean. */
+static void check_noise(void)
+{
+    enum { SAMPLES = 200000 };
+    vxs_simulated_config config = plain("hand");
+    config.profile.resolution = 0;
+    config.noise = 20e-6;
+    vxs_device *device = opened(&config);
+    vxs_device_state state;
+    double sum[3] = {0, 0, 0}, squares[3] = {0, 0, 0}, cross = 0;
+    for (int k = 0; k < SAMPLES; k++) {
+        vxs_device_exchange(device, NULL, &state, NULL);
+        for (int n = 0; n < 3; n++) {
+            sum[n] += state.pose.position[n];
+            squares[n] += state.pose.position[n] * state.pose.position[n];
+        }
+        cross += state.pose.position[0] * state.pose.position[1];
+    }
+    for (int n = 0; n < 3; n++) {
+        CHECK_NEAR(sum[n] / SAMPLES / config.noise, 0, 0.01); /* four deviations of the mean */
+        CHECK_NEAR(sqrt(squares[n] / SAMPLES) / config.noise, 1, 0.01);
+    }
+    CHECK_NEAR(cross / SAMPLES / (config.noise * config.noise), 0, 0.01);
+}
+
+/* The share that is lost is the one that was asked for, in runs of the length that was asked for. */
+static void check_loss(void)
+{
+    enum { SAMPLES = 400000 };
+    const double shares[][2] = {{0.01, 0}, {0.3, 0}, {0.05, 0.02}, {0.5, 0.1}};
+    for (size_t n = 0; n < sizeof shares / sizeof *shares; n++) {
+        vxs_simulated_config config = plain("hand");
+        config.loss = shares[n][0];
+        config.loss_time = shares[n][1];
+        int each = shares[n][1] > 0 ? (int)(shares[n][1] * 1000 + 0.5) : 1, run = 0, lost = 0;
+        vxs_device *device = opened(&config);
+        vxs_device_state state, before;
+        do vxs_device_exchange(device, NULL, &before, NULL);
+        while (before.sequence == 0);
+        for (int k = 1; k < SAMPLES; k++) {
+            vxs_device_exchange(device, NULL, &state, NULL);
+            CHECK(state.time_ns - before.time_ns == 1000000);
+            if (state.sequence == before.sequence) {
+                lost++;
+                run++;
+                CHECK_NEAR(state.link_age, before.link_age + 0.001, 1e-12);
+                CHECK(memcmp(&state.pose, &before.pose, sizeof state.pose) == 0);
+            } else {
+                CHECK(run % each == 0 && state.link_age == 0); /* one may follow the other */
+                run = 0;
+            }
+            before = state;
+        }
+        CHECK_NEAR((double)lost / SAMPLES / config.loss, 1, 0.15);
+    }
+}
+
+/* Across drop-outs a device that moves evenly is measured as moving evenly; and a command that was not heard
+ * does not act, though the next one does. */
+static void check_loss_of_both(void)
+{
+    vxs_simulated_config config = plain("hand");
+    config.profile.resolution = 0;
+    config.loss = 0.2;
+    config.loss_time = 0.005;
+    vxs_device *device = opened(&config);
+    vxs_device_state state;
+    vxs_device_report report;
+    for (int k = 0; k < 5000; k++) {
+        const double hand[3] = {k * 1e-5, 0, 0};
+        vxs_simulated_hand(device, hand, NULL);
+        vxs_device_exchange(device, NULL, &state, NULL);
+        if (k > 2000) CHECK_NEAR(state.velocity[0], 0.01, 1e-9);
+    }
+    int unheard = 0;
+    CHECK_INT(vxs_device_arm(device), VXS_OK);
+    double acts = 0; /* what was heard last, a sample ago */
+    for (int k = 1; k < 5000; k++) {
+        vxs_device_command command = forever(k * 1e-4, 0, 0);
+        uint64_t before = state.sequence;
+        vxs_device_exchange(device, &command, &state, &report);
+        CHECK_NEAR(report.rendered.force[0], acts, 1e-12);
+        if (state.sequence != before)
+            acts = command.wrench.force[0];
+        else
+            unheard++;
+    }
+    CHECK(unheard > 500);
+}
+
+static int64_t trace_of(const vxs_simulated_config *config, double places[1000])
+{
+    vxs_device *device = opened(config);
+    vxs_device_state state;
+    for (int k = 0; k < 1000; k++) {
+        const double hand[3] = {k * 1e-5, 0, 0};
+        vxs_simulated_hand(device, hand, NULL);
+        vxs_device_exchange(device, NULL, &state, NULL);
+        places[k] = state.pose.position[0];
+    }
+    return (int64_t)state.sequence;
+}
+
+/* The same seed, the same trace; another, another. */
+static void check_seed(void)
+{
+    static double first[1000], again[1000];
+    vxs_simulated_config config = plain("hand");
+    config.noise = 50e-6;
+    config.loss = 0.1;
+    CHECK(trace_of(&config, first) == trace_of(&config, again));
+    CHECK(memcmp(first, again, sizeof first) == 0);
+    config.seed = 2;
+    trace_of(&config, again);
+    CHECK(memcmp(first, again, sizeof first) != 0);
+}
+
 static void check_config(void)
 {
+    const double wrong[][3] = {{-1e-6, 0, 0}, {NAN, 0, 0},  {0, -0.1, 0}, {0, 0.91, 0},
+                               {0, NAN, 0},   {0, 0.1, -1}, {0, 0.1, 11}};
+    for (size_t n = 0; n < sizeof wrong / sizeof *wrong; n++) {
+        vxs_simulated_config bad = plain("hand");
+        vxs_device *none;
+        bad.noise = wrong[n][0];
+        bad.loss = wrong[n][1];
+        bad.loss_time = wrong[n][2];
+        CHECK_INT(vxs_simulated_open(memory, sizeof memory, &bad, &none), VXS_PARAM);
+    }
+
     vxs_simulated_config config = plain("hand");
     vxs_device *device;
     config.delay_samples = 0;
@@ -239,6 +368,10 @@ int main(void)
     check_delay();
     check_command();
     check_passive();
+    check_noise();
+    check_loss();
+    check_loss_of_both();
+    check_seed();
     check_config();
     return 0;
 }

@@ -7,6 +7,7 @@
 #include "cli/verb.hpp"
 #include "pipeline/output.hpp"
 #include "plan/scene_contact.hpp"
+#include "plan/simulated_device.hpp"
 #include "scene/quantity.hpp"
 #include "study/plot_design.hpp"
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // voxshell device: which devices are here, why one is not usable and the exact fix, how well it is heard.
+#include "cli/device_actions.hpp"
 #include "cli/device_doctor.hpp"
+#include "cli/hardware_options.hpp"
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/verb.hpp"
@@ -8,7 +10,6 @@
 #include "study/durations.hpp"
 #include "study/lateness.hpp"
 
-#include "voxshell/hardware.h"
 #include "voxshell/simulated.h"
 
 #include <CLI/CLI.hpp>
@@ -23,12 +24,6 @@ namespace voxshell {
 namespace {
 
 using json = nlohmann::ordered_json;
-
-struct DeviceOptions : SharedOptions {
-    std::string action, device, firmware, histogram;
-    std::vector<std::string> plots;
-    double seconds = 5, rate = 1000;
-};
 
 constexpr const char *not_verified = "not verified on hardware";
 
@@ -158,80 +153,12 @@ ExitCode doctor(const DeviceOptions &o, Progress &progress)
     return is_in_trouble ? ExitCode::requirement : ExitCode::ok;
 }
 
-/// A device for as long as this lives: letting go is its end, however it comes.
-class OpenDevice {
-  public:
-    explicit OpenDevice(const DeviceOptions &o)
-    {
-        const auto colon = o.device.find(':');
-        const std::string kind = o.device.substr(0, colon),
-                          rest = colon == std::string::npos ? "" : o.device.substr(colon + 1);
-        vxs_result result = VXS_OK;
-        if (kind == "sim") {
-            const vxs_simulated_profile *profile = vxs_simulated_profile_named(rest.c_str());
-            if (!profile)
-                throw Failure(ExitCode::usage, o.device,
-                              "no such simulated device; `voxshell device list` has them");
-            vxs_simulated_config config;
-            vxs_simulated_config_default(&config, profile);
-            allocate(vxs_simulated_memory());
-            result = vxs_simulated_open(memory_.get(), size_, &config, &device_);
-        } else {
-            const vxs_hardware_kind *hardware = vxs_hardware_kind_named(kind.c_str());
-            if (!hardware)
-                throw Failure(ExitCode::usage, o.device,
-                              "no such kind of device; `voxshell device list` has them");
-            if (!hardware->is_built) throw Failure(ExitCode::unsupported, o.device, hardware->lacks_text);
-            if (hardware->wire == VXS_HARDWARE_TTY && rest.empty())
-                throw Failure(ExitCode::usage, o.device, fmt::format("say where: {}:/dev/ttyACM0", kind));
-            vxs_hardware_config config;
-            vxs_hardware_config_default(&config);
-            config.address = rest.empty() ? nullptr : rest.c_str();
-            config.firmware = o.firmware.empty() ? nullptr : o.firmware.c_str();
-            config.rate_hz = o.rate;
-            allocate(vxs_hardware_memory());
-            result = vxs_hardware_open(memory_.get(), size_, hardware, &config, &device_);
-            is_hardware_ = true;
-        }
-        if (result != VXS_OK)
-            throw Failure(result == VXS_UNSUPPORTED ? ExitCode::unsupported : ExitCode::system, o.device,
-                          fmt::format("{}; `voxshell device doctor` looks closer", vxs_result_text(result)));
-    }
-    ~OpenDevice() { vxs_device_close(device_); }
-    OpenDevice(const OpenDevice &) = delete;
-    OpenDevice &operator=(const OpenDevice &) = delete;
-    vxs_device *get() const { return device_; }
-    bool is_hardware() const { return is_hardware_; }
-
-  private:
-    void allocate(std::size_t size)
-    {
-        size_ = (size + 63) / 64 * 64;
-        memory_.reset(std::aligned_alloc(64, size_));
-        if (!memory_) throw std::bad_alloc();
-    }
-    struct Free {
-        void operator()(void *memory) const { std::free(memory); }
-    };
-    std::unique_ptr<void, Free> memory_;
-    std::size_t size_ = 0;
-    vxs_device *device_ = nullptr;
-    bool is_hardware_ = false;
-};
-
-const char *state_name(std::uint32_t state)
-{
-    static constexpr const char *names[] = {"CLOSED", "NO_FIRMWARE", "UNCALIBRATED", "READY",
-                                            "ARMED",  "FAULT",       "GONE"};
-    return state < std::size(names) ? names[state] : "?";
-}
-
 /// Listens only: the device is never armed, so nothing can push.
 ExitCode test(const DeviceOptions &o, Progress &progress)
 {
     if (o.device.empty())
         throw Failure(ExitCode::usage, "", "device test: say which, as sim:omega-3 or hvlink:/dev/ttyACM0");
-    const OpenDevice open(o);
+    const OpenDevice open(settings_of(o));
     const vxs_device_caps &caps = open.get()->caps;
     vxs_device_state state{};
     std::uint64_t fresh = 0, sequence = 0;
@@ -259,14 +186,15 @@ ExitCode test(const DeviceOptions &o, Progress &progress)
                 {"device", o.device},
                 {"name", caps.name},
                 {"verified", !open.is_hardware()},
-                {"state", state_name(state.state)},
+                {"state", device_state_name(state.state)},
                 {"measurements_hz", static_cast<double>(fresh) / seconds},
                 {"link_age_max_s", age},
                 {"moved_m", span},
                 {"buttons", buttons}};
     if (!o.json) {
         fmt::print("{}: {}{}, {} at the end, force off\n", o.device, caps.name,
-                   open.is_hardware() ? fmt::format(" ({})", not_verified) : "", state_name(state.state));
+                   open.is_hardware() ? fmt::format(" ({})", not_verified) : "",
+                   device_state_name(state.state));
         fmt::print(
             "  heard   {:.0f} measurements a second, {:.1f} ms old at most; moved within {}, buttons {:#x}\n",
             static_cast<double>(fresh) / seconds, 1e3 * age, format_length(span), buttons);
@@ -275,8 +203,9 @@ ExitCode test(const DeviceOptions &o, Progress &progress)
         o, measured, fmt::format("{} at {} Hz, {}", o.device, o.rate, measured.scheduling), progress);
     if (o.json) fmt::print("{}", json_text(out));
     if (state.state == VXS_DEVICE_FAULT || state.state == VXS_DEVICE_GONE)
-        throw Failure(ExitCode::requirement, o.device,
-                      fmt::format("the device ended as {}, fault {}", state_name(state.state), state.fault));
+        throw Failure(
+            ExitCode::requirement, o.device,
+            fmt::format("the device ended as {}, fault {}", device_state_name(state.state), state.fault));
     return ExitCode::ok;
 }
 
@@ -285,31 +214,48 @@ ExitCode run(const DeviceOptions &o)
     for (const std::string &plot : o.plots) picture_of(plot);
     const auto progress = make_progress(o.progress, o.quiet);
     if (o.action == "list") return list(o);
-    return o.action == "doctor" ? doctor(o, *progress) : test(o, *progress);
+    if (o.action == "doctor") return doctor(o, *progress);
+    if (o.action == "watch") return watch_live(o, *progress);
+    return o.action == "calibrate" ? calibrate_device(o, *progress) : test(o, *progress);
 }
 
 } // namespace
 
+DeviceSettings settings_of(const DeviceOptions &o)
+{
+    return {o.device, o.rate, o.firmware, o.in_place, o.units_per_nm, o.torque_gain};
+}
+
 VerbAction add_device(CLI::App &verb)
 {
     auto o = std::make_shared<DeviceOptions>();
-    verb.add_option("ACTION", o->action,
-                    "list: what is here; doctor: why one is not usable, the exact fix, and how late this "
-                    "machine wakes "
-                    "up; test: listens to a device, force off")
+    verb.add_option(
+            "ACTION", o->action,
+            "list: what is here; doctor: why one is not usable, the exact fix, and how late this machine "
+            "wakes up; test: listens to a device, force off; calibrate: hangs a known mass on one that "
+            "holds itself up, and says what its newton weighs; watch: prints what a loop in another process "
+            "does right now")
         ->required()
-        ->check(CLI::IsMember({"list", "doctor", "test"}));
-    verb.add_option("DEVICE", o->device,
-                    "for test: sim:NAME, hvlink:/dev/ttyACM0, haply:/dev/ttyACM0, spacemouse, falcon");
-    verb.add_option("--seconds", o->seconds,
-                    "doctor and test: how long the loop runs (default 5; 0.01 to 600)")
+        ->check(CLI::IsMember({"list", "doctor", "test", "calibrate", "watch"}));
+    verb.add_option(
+        "DEVICE", o->device,
+        "for test: sim:NAME, replay:FILE, hvlink:/dev/ttyACM0, haply:/dev/ttyACM0, spacemouse, falcon; for "
+        "calibrate hardware with motors; for watch the file of `simulate --realtime --live FILE`");
+    verb.add_option("--seconds", o->seconds, "doctor, test and watch: how long (default 5; 0.01 to 600)")
         ->check(CLI::Range(0.01, 600.0))
         ->type_name("S");
-    verb.add_option("--rate", o->rate, "doctor and test: of the loop (default 1000 Hz; 100 to 10000)")
+    verb.add_option("--rate", o->rate,
+                    "doctor, test and calibrate: of the loop (default 1000 Hz; 100 to 10000)")
         ->check(CLI::Range(100.0, 10000.0))
         ->type_name("HZ");
-    verb.add_option("--firmware", o->firmware, "falcon: a file of yours; none is shipped, none is fetched")
-        ->type_name("FILE");
+    add_hardware_options(verb, *o);
+    verb.add_option("--mass", o->mass, "calibrate: what is hung on it, as 100g")->type_name("MASS");
+    verb.add_option("--down", o->down, "calibrate: where weight pulls, in the device's frame (default -y)")
+        ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}));
+    verb.add_option("--period", o->period,
+                    "calibrate: of its going up and down by 10 mm (default 2; 0.2 to 60)")
+        ->check(CLI::Range(0.2, 60.0))
+        ->type_name("S");
     verb.add_option("--histogram", o->histogram, "how late and how long each tick was, in bins of 1 us")
         ->type_name("FILE.csv");
     verb.add_option("--plot", o->plots, "the same as a picture, by gnuplot; may be repeated")

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// voxshell simulate: a scene or a plan on a simulated device, as a summary, a trace and a picture.
+// voxshell simulate: a scene or a plan on a device, simulated by default, as a summary, a trace and a
+// picture.
+#include "cli/hardware_options.hpp"
 #include "cli/options.hpp"
 #include "cli/run_report.hpp"
 #include "cli/scene_assets.hpp"
@@ -18,6 +20,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <optional>
 
@@ -28,11 +31,18 @@ namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
 struct SimulateOptions : SharedOptions {
-    std::string scene, assets, device, trace;
+    std::string scene, assets, device, trace, recording, live, firmware;
     std::vector<std::string> plots;
-    double seconds = 0; ///< 0: to the end of the hand's path
-    bool realtime = false, explain = false;
+    double seconds = 0; ///< 0: to the end of the hand's path, or of what is replayed
+    double units_per_nm = 0, torque_gain = 0;
+    bool realtime = false, explain = false, in_place = false;
 };
+
+/// Not of a device of the plan's own kind: what it is run on beside.
+bool runs_on_another(const SimulateOptions &o)
+{
+    return !o.device.empty() && !o.device.starts_with("sim:");
+}
 
 std::string flags_text(const ServoRun &run)
 {
@@ -57,11 +67,19 @@ json durations_json(const Durations &ns)
     return {{"p50_ns", ns.p50}, {"p99_ns", ns.p99}, {"p999_ns", ns.p999}, {"max_ns", ns.max}};
 }
 
-void tell(const PlannedServo &planned, const std::string &name, const ServoRun &run)
+/// What it ran on, and who held that.
+struct RanOn {
+    std::string device, arm;
+};
+
+void tell(const PlannedServo &planned, const std::string &name, const RanOn &on, const ServoRun &run)
 {
     const double seconds = static_cast<double>(run.ticks) / planned.rate;
-    fmt::print("{}: {} s, {} ticks at {} Hz on {}, held by {}\n", name, seconds, format_count(run.ticks),
-               planned.rate, planned.device, planned.arm == "free" ? "nobody" : "a " + planned.arm);
+    fmt::print("{}: {} s, {} ticks at {} Hz on {}{}\n", name, seconds, format_count(run.ticks), planned.rate,
+               on.device,
+               on.arm.empty()     ? fmt::format(", {} at the end", run.device_end)
+               : on.arm == "free" ? ", held by nobody"
+                                  : ", held by a " + on.arm);
     fmt::print("  coupling {}\n", planned.coupling);
     fmt::print(
         "  force   at the hand {:.3f} N at most, {:.3f} N mean in contact; collision {:.3f} N at most\n",
@@ -95,7 +113,7 @@ void tell(const PlannedServo &planned, const std::string &name, const ServoRun &
     }
 }
 
-json summary(const PlannedServo &planned, const std::string &name, const ServoRun &run)
+json summary(const PlannedServo &planned, const std::string &name, const RanOn &on, const ServoRun &run)
 {
     json flags = json::object();
     for (unsigned bit = 0; bit < run.flag_ticks.size(); ++bit) {
@@ -106,8 +124,8 @@ json summary(const PlannedServo &planned, const std::string &name, const ServoRu
     json out = {{"schema", "voxshell-simulate/1"},
                 {"version", tool_version()},
                 {"scene", name},
-                {"device", planned.device},
-                {"arm", planned.arm},
+                {"device", on.device},
+                {"arm", on.arm},
                 {"coupling", planned.coupling},
                 {"rate_hz", planned.rate},
                 {"voxel_m", planned.map().voxel},
@@ -222,7 +240,7 @@ struct Given {
 
 void read_plan_file(const SimulateOptions &o, Given &given)
 {
-    if (!o.device.empty())
+    if (!o.device.empty() && !runs_on_another(o))
         throw Failure(ExitCode::usage, o.scene,
                       "--device: a plan is for its own device; simulate the scene instead");
     const fs::path path(o.scene);
@@ -236,12 +254,49 @@ void read_plan_file(const SimulateOptions &o, Given &given)
 void plan_scene(const SimulateOptions &o, Progress &progress, Given &given)
 {
     const SceneFile scene = read_scene(o.scene);
-    if (o.device.empty()) check_scene(scene);
+    const bool is_own = o.device.empty() || runs_on_another(o);
+    if (is_own) check_scene(scene);
     given.name = scene_name(scene.path);
     const SceneAssets &assets = given.of_scene.emplace(scene, o.assets, o.max_memory.value_or(0), progress);
     given.assets = assets.all();
-    given.plan = scene_plan(scene, o.device.empty() ? scene.device : o.device, assets.statics(),
-                            assets.dynamic(), scene_contact(scene, assets.map, assets.shell), assets.mass);
+    given.plan = scene_plan(scene, is_own ? scene.device : o.device, assets.statics(), assets.dynamic(),
+                            scene_contact(scene, assets.map, assets.shell), assets.mass);
+}
+
+/// Opened before anything is armed; hardware says how it is, and runs at the wall clock's rate or not at all.
+void open_another(const SimulateOptions &o, double rate, std::optional<OpenDevice> &device)
+{
+    device.emplace(DeviceSettings{o.device, rate, o.firmware, o.in_place, o.units_per_nm, o.torque_gain});
+    if (device->is_hardware() && !o.realtime)
+        throw Failure(ExitCode::usage, o.device, "hardware runs at the wall clock's rate: say --realtime");
+    device->wait_until_ready();
+}
+
+RunOptions run_options(const SimulateOptions &o, const PlannedServo &planned, OpenDevice *device)
+{
+    constexpr double of_hardware = 10;
+    RunOptions options;
+    const double end = !device                 ? planned.hand.keyframes.back().t
+                       : device->is_hardware() ? of_hardware
+                                               : device->replay_seconds();
+    options.seconds = o.seconds > 0 ? o.seconds : end > 0 ? end : 1;
+    options.realtime = o.realtime;
+    options.keep_rows = !o.trace.empty() || !o.plots.empty();
+    options.keep_recording = !o.recording.empty();
+    options.device = device;
+    options.live = o.live;
+    return options;
+}
+
+/// As recorder.h writes it.
+std::vector<std::uint8_t> recording_bytes(const std::vector<vxs_servo_trace> &rows)
+{
+    const std::uint32_t about[2] = {sizeof(vxs_servo_trace), 0};
+    std::vector<std::uint8_t> bytes(16 + rows.size() * sizeof(vxs_servo_trace));
+    std::memcpy(bytes.data(), "VXSREC01", 8);
+    std::memcpy(bytes.data() + 8, about, sizeof about);
+    if (!rows.empty()) std::memcpy(bytes.data() + 16, rows.data(), rows.size() * sizeof(vxs_servo_trace));
+    return bytes;
 }
 
 ExitCode simulate(const SimulateOptions &o)
@@ -254,33 +309,37 @@ ExitCode simulate(const SimulateOptions &o)
     for (const std::string &plot : o.plots) {
         picture_of(plot);
     }
+    if (!o.live.empty() && !o.realtime)
+        throw Failure(ExitCode::usage, o.live, "--live shows a loop that runs in --realtime");
     const auto progress = make_progress(o.progress, o.quiet);
     Given given;
     is_plan ? read_plan_file(o, given) : plan_scene(o, *progress, given);
     const PlannedServo planned(given.plan, given.assets, o.scene);
-    RunOptions options;
-    const double end = planned.hand.keyframes.back().t;
-    options.seconds = o.seconds > 0 ? o.seconds : end > 0 ? end : 1;
-    options.realtime = o.realtime;
-    options.keep_rows = !o.trace.empty() || !o.plots.empty();
+    std::optional<OpenDevice> device;
+    if (runs_on_another(o)) open_another(o, planned.rate, device);
+    const RunOptions options = run_options(o, planned, device ? &*device : nullptr);
     const ServoRun run = run_servo(planned, options, *progress);
+    const RanOn on = device ? RanOn{o.device, ""} : RanOn{planned.device, planned.arm};
 
     Outputs outputs(o.force);
     if (!o.trace.empty()) {
         outputs.add(o.trace, trace_csv(run.rows));
     }
+    if (!o.recording.empty()) {
+        outputs.add(o.recording, recording_bytes(run.recording));
+    }
     for (const std::string &plot : o.plots) {
         const std::string title =
             fmt::format("{}: voxel {}, {}, {}", given.name, format_length(planned.map().voxel),
-                        planned.coupling, planned.device);
+                        planned.coupling, on.device);
         outputs.add(plot, plot_trace(run.rows, title, picture_of(plot)));
     }
     progress->check();
     outputs.commit();
 
-    json out = summary(planned, given.name, run);
+    json out = summary(planned, given.name, on, run);
     if (!o.json) {
-        tell(planned, given.name, run);
+        tell(planned, given.name, on, run);
     }
     if (o.explain) {
         const TickCosts costs = tick_costs(planned, options.seconds, *progress);
@@ -291,7 +350,9 @@ ExitCode simulate(const SimulateOptions &o)
         fmt::print("{}", json_text(out));
     }
     if (run.flags & (VXS_SERVO_FAULT | VXS_SERVO_DEVICE_LOST | VXS_CONTACT_INVALID)) {
-        throw Failure(ExitCode::requirement, o.scene, "the loop ended in a fault: zero force from then on");
+        throw Failure(ExitCode::requirement, o.scene,
+                      fmt::format("the loop ended in a fault{}: zero force from then on",
+                                  device ? fmt::format(" (device {})", run.device_end) : ""));
     }
     return ExitCode::ok;
 }
@@ -309,16 +370,31 @@ VerbAction add_simulate(CLI::App &verb)
                     "folder with the scene's NAME.voxmap and NAME.pointshell (default: made for this run), "
                     "or with those that the plan names")
         ->type_name("DIR");
-    verb.add_option("--device", o->device, "device in place of the scene's, as sim:omega-3")
-        ->type_name("sim:NAME");
+    verb.add_option(
+            "--device", o->device,
+            "in place of the scene's: sim:NAME, also "
+            "sim:NAME,noise=20um,delay=3,loss=1%,loss-time=20ms,seed=7; "
+            "replay:FILE, a trace, a recording or a table of t_s, x_m, y_m, z_m; or hardware, with "
+            "--realtime: "
+            "hvlink:/dev/ttyACM0, haply:/dev/ttyACM0, spacemouse, falcon. The coupling stays the scene's; "
+            "hardware's middle is where the hand's path begins")
+        ->type_name("DEVICE");
     verb.add_option("--seconds", o->seconds,
-                    "how long (default: to the end of the hand's path; at least one tick)")
+                    "how long (default: to the end of the hand's path, or of the replay; hardware 10; at "
+                    "least one tick)")
         ->check(CLI::PositiveNumber)
         ->type_name("S");
     verb.add_flag(
         "--realtime", o->realtime,
         "on the servo thread at the wall clock's rate (default: virtual time, the same trace on every run)");
     verb.add_option("--trace", o->trace, "every tick as one line of numbers")->type_name("FILE.csv");
+    verb.add_option("--record", o->recording, "every tick with all digits, for replay:FILE (recorder.h)")
+        ->type_name("FILE.rec");
+    verb.add_option("--live", o->live,
+                    "with --realtime: shows the newest tick to other processes, as `voxshell device watch "
+                    "FILE` (live.h)")
+        ->type_name("FILE");
+    add_hardware_options(verb, *o);
     verb.add_option("--plot", o->plots,
                     "collision force (thin) and output force (thick) over time, by gnuplot; may be repeated")
         ->type_name("FILE.svg|.png")

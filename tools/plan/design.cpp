@@ -317,21 +317,4 @@ Design design_coupling(const DesignInput &given)
     return still;
 }
 
-vxs_simulated_config simulated_device(const std::string &name, double rate)
-{
-    const vxs_simulated_profile *profile =
-        name.starts_with("sim:") ? vxs_simulated_profile_named(name.c_str() + 4) : nullptr;
-    if (!profile) {
-        std::string known;
-        for (std::uint32_t n = 0; const auto *each = vxs_simulated_profile_at(n); ++n) {
-            known += (n ? ", sim:" : "sim:") + std::string(each->name);
-        }
-        throw Failure(ExitCode::usage, "", "no device '" + name + "'; there are " + known);
-    }
-    vxs_simulated_config config;
-    vxs_simulated_config_default(&config, profile);
-    config.sample_time = rate > 0 ? 1 / rate : config.sample_time;
-    return config;
-}
-
 } // namespace voxshell

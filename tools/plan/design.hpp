@@ -76,7 +76,4 @@ struct Design {
 /// here: spring-damper), invalid (a coupling that the rate does not carry).
 Design design_coupling(const DesignInput &input);
 
-/// The device "sim:NAME" at a rate (0: its own). Throws Failure(usage) with the names there are.
-vxs_simulated_config simulated_device(const std::string &name, double rate = 0);
-
 } // namespace voxshell

@@ -4,6 +4,7 @@
 #include "plan/memory.hpp"
 #include "plan/scene_contact.hpp"
 #include "plan/scene_effects.hpp"
+#include "plan/simulated_device.hpp"
 
 #include "voxshell/servo.h"
 #include "voxshell/simulated.h"

@@ -4,6 +4,7 @@
 #include "plan/memory.hpp"
 #include "plan/scene_contact.hpp"
 #include "plan/scene_plan.hpp"
+#include "plan/simulated_device.hpp"
 #include "study/bodies.hpp"
 #include "study/open_part.hpp"
 #include "study/paper_path.hpp"
@@ -255,7 +256,9 @@ LoopRun run_loop(const RunKey &key, const OpenPart &stands, const OpenPart &move
     run.coupling = loop.coupling;
     run.largest_stiffness = carried(device, loop.config.coupling);
 
-    const RunOptions options{scene.hand.keyframes.back().t, false, true};
+    RunOptions options;
+    options.seconds = scene.hand.keyframes.back().t;
+    options.keep_rows = true;
     Progress silent;
     const ServoRun servo = run_servo(loop, options, silent);
     run.collision_peak = servo.collision_peak;

@@ -4,11 +4,16 @@
 #include "plan/memory.hpp"
 #include "study/simulated_loop.hpp"
 
+#include "cli/failure.hpp"
+
 #include "voxshell/servo_thread.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <thread>
 
 namespace voxshell {
@@ -22,7 +27,7 @@ double length(const double v[3])
 /// Adds up what happens, tick by tick.
 class Account {
   public:
-    Account(ServoRun &run, bool keep_rows) : run_(run), keep_rows_(keep_rows) {}
+    Account(ServoRun &run, const RunOptions &options) : run_(run), options_(options) {}
 
     void add(const vxs_servo_trace &row, double t, const Point &hand)
     {
@@ -47,7 +52,8 @@ class Account {
             run_.flag_ticks[bit] += row.flags >> bit & 1u;
         }
         ++run_.ticks;
-        if (keep_rows_) {
+        if (options_.keep_recording) run_.recording.push_back(row);
+        if (options_.keep_rows) {
             const auto point = [](const double v[3]) { return Point{v[0], v[1], v[2]}; };
             run_.rows.push_back({t, point(row.pose.position), hand, point(row.body.position),
                                  point(row.collision.force), point(row.collision.torque),
@@ -57,7 +63,7 @@ class Account {
 
   private:
     ServoRun &run_;
-    bool keep_rows_;
+    const RunOptions &options_;
     double sum_ = 0;
 };
 
@@ -81,7 +87,18 @@ Durations durations_of(const vxs_servo_thread_histogram &histogram)
     return {at(0.5), at(0.99), at(0.999), static_cast<double>(histogram.max_ns)};
 }
 
-void run_virtual(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks,
+/// The device that is run, and whether the plan's hand moves it.
+struct Held {
+    vxs_device *device;
+    bool is_simulated;
+};
+
+Point place_of(const vxs_servo_trace &row)
+{
+    return {row.pose.position[0], row.pose.position[1], row.pose.position[2]};
+}
+
+void run_virtual(const PlannedServo &planned, const Held &held, vxs_servo *servo, std::uint64_t ticks,
                  ServoRun &run, Account &account, Progress &progress)
 {
     std::vector<float> ns;
@@ -92,12 +109,12 @@ void run_virtual(const PlannedServo &planned, vxs_device *device, vxs_servo *ser
     for (std::uint64_t n = 0; n < ticks; ++n) {
         const double t = static_cast<double>(n) / planned.rate;
         const Pose hand = planned.hand.at(t);
-        move_hand(device, hand);
+        if (held.is_simulated) move_hand(held.device, hand);
         const auto begin = Clock::now();
-        vxs_device_exchange(device, &command, &state, nullptr);
+        vxs_device_exchange(held.device, &command, &state, nullptr);
         vxs_servo_tick(servo, &state, &command, &row);
         ns.push_back(ns_since(begin));
-        account.add(row, t, hand.position);
+        account.add(row, t, held.is_simulated ? hand.position : place_of(row));
         progress.advance(1);
         if (n % 256 == 0) {
             progress.check();
@@ -118,10 +135,28 @@ extern "C" void move_to_tick(void *user, std::uint64_t tick)
     move_hand(hands->device, hands->poses[std::min<std::size_t>(tick, hands->poses.size() - 1)]);
 }
 
-void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *servo, std::uint64_t ticks,
-                  ServoRun &run, Account &account, Progress &progress)
+/// A file for other processes, while this lives.
+class Live {
+  public:
+    explicit Live(const std::string &path)
+    {
+        if (path.empty()) return;
+        if (const vxs_result result = vxs_live_create(&live_, path.c_str()); result != VXS_OK)
+            throw Failure(ExitCode::system, path, fmt::format("live: {}", vxs_result_text(result)));
+    }
+    ~Live() { vxs_live_close(&live_); }
+    Live(const Live &) = delete;
+    Live &operator=(const Live &) = delete;
+    vxs_live *get() { return live_.memory ? &live_ : nullptr; }
+
+  private:
+    vxs_live live_{};
+};
+
+void run_realtime(const PlannedServo &planned, const Held &held, vxs_servo *servo, std::uint64_t ticks,
+                  const RunOptions &options, ServoRun &run, Account &account, Progress &progress)
 {
-    Hands hands{device, {}};
+    Hands hands{held.device, {}};
     hands.poses.reserve(ticks);
     for (std::uint64_t n = 0; n < ticks; ++n) {
         hands.poses.push_back(planned.hand.at(static_cast<double>(n) / planned.rate));
@@ -132,9 +167,11 @@ void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *se
     vxs_servo_thread_config_default(&config);
     config.rate_hz = planned.rate;
     config.max_ticks = ticks;
-    config.device = device;
+    Live live(options.live);
+    config.device = held.device;
     config.servo = servo;
-    config.on_tick = move_to_tick;
+    config.live = live.get();
+    config.on_tick = held.is_simulated ? move_to_tick : nullptr;
     config.user = &hands;
     require_ok(vxs_trace_init(ring.get(), ring.size(), ring_rows, &config.trace), "trace");
     vxs_servo_thread *thread = nullptr;
@@ -155,7 +192,7 @@ void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *se
                 for (std::size_t n = 0; n < count; ++n) {
                     const std::size_t tick = std::min<std::size_t>(rows[n].tick, hands.poses.size() - 1);
                     account.add(rows[n], static_cast<double>(rows[n].tick) / planned.rate,
-                                hands.poses[tick].position);
+                                held.is_simulated ? hands.poses[tick].position : place_of(rows[n]));
                 }
                 progress.advance(count);
             }
@@ -169,20 +206,49 @@ void run_realtime(const PlannedServo &planned, vxs_device *device, vxs_servo *se
                     vxs_trace_dropped(config.trace), durations_of(status.lateness)};
 }
 
+/// Hardware's middle is where the hand's path begins, and no more is asked of it than it has.
+void fit(vxs_servo_config &config, const PlannedServo &planned, const vxs_device_caps &caps)
+{
+    const Point start = planned.hand.at(0).position;
+    std::ranges::copy(start, config.mount.position);
+    if (caps.peak_force > 0) config.max_force = std::min(config.max_force, caps.peak_force);
+    if (caps.peak_torque > 0) config.max_torque = std::min(config.max_torque, caps.peak_torque);
+}
+
+constexpr const char *without_guards = "has motors, and the scene lists its guards without start-inside or "
+                                       "without soft-start: a hand could be hit at the "
+                                       "start; add both to \"guards\", or leave the key out";
+
 } // namespace
 
 ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress)
 {
     const std::uint64_t ticks = ticks_of(planned, options.seconds);
-    const Simulated simulated(planned);
+    std::optional<Simulated> simulated;
+    if (!options.device) simulated.emplace(planned);
+    const Held held{options.device ? options.device->get() : simulated->device, !options.device};
     ServoRun run;
-    const Servo servo(planned.config);
-    require_ok(vxs_device_arm(simulated.device), planned.device);
+    vxs_servo_config config = planned.config;
+    if (options.device && options.device->is_hardware()) fit(config, planned, held.device->caps);
+    const Servo servo(config);
+    const std::string &name = options.device ? options.device->settings().name : planned.device;
+    if (vxs_servo_may_drive(servo.servo, &held.device->caps) != VXS_OK)
+        throw Failure(ExitCode::requirement, name, without_guards);
+    require_ok(vxs_device_arm(held.device), name);
     progress.stage("servo", ticks);
-    run.budget_points = planned.config.contact.most_points;
-    Account account(run, options.keep_rows);
-    (options.realtime ? run_realtime : run_virtual)(planned, simulated.device, servo.servo, ticks, run,
-                                                    account, progress);
+    run.budget_points = config.contact.most_points;
+    Account account(run, options);
+    if (options.realtime)
+        run_realtime(planned, held, servo.servo, ticks, options, run, account, progress);
+    else
+        run_virtual(planned, held, servo.servo, ticks, run, account, progress);
+    if (options.device) {
+        vxs_device_state state{};
+        vxs_device_exchange(held.device, nullptr, &state, nullptr);
+        run.device_end = device_state_name(state.state);
+        if (state.fault) run.device_end += fmt::format(", {}", device_fault_name(state.fault));
+        vxs_device_disarm(held.device);
+    }
     return run;
 }
 

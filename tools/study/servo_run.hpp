@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A plan on a simulated device through the runtime's own servo: in virtual time, or on the servo thread.
+// A plan on a simulated device, a replay or hardware through the runtime's own servo: in virtual time, or on
+// the servo thread.
 #pragma once
 
 #include "cli/progress.hpp"
 #include "study/durations.hpp"
+#include "study/open_device.hpp"
 #include "study/planned_servo.hpp"
 #include "study/trace.hpp"
 
@@ -19,6 +21,11 @@ struct RunOptions {
     bool realtime = false;  ///< on the servo thread, at the wall clock's rate; otherwise virtual time, and as
                             ///< fast as it goes
     bool keep_rows = false; ///< fill ServoRun::rows
+    bool keep_recording = false; ///< fill ServoRun::recording
+    OpenDevice *device =
+        nullptr;      ///< in place of the plan's own, READY; hardware only in real time. The hand's path is
+                      ///< of no account then, but for where hardware's middle is: at its start
+    std::string live; ///< real time: a file that shows the newest row (live.h); empty: none
 };
 
 struct ServoRun {
@@ -44,10 +51,13 @@ struct ServoRun {
     };
     std::optional<Realtime> realtime;
     std::vector<TraceRow> rows;
+    std::vector<vxs_servo_trace> recording;
+    std::string device_end; ///< "READY", "FAULT, watchdog": what became of RunOptions::device
 };
 
 /// Runs the loop: options.seconds at the plan's rate, the device armed at the start of the hand's path.
-/// Throws Failure: usage (no such device; seconds), interrupted.
+/// Throws Failure: usage (no such device; seconds), requirement (hardware with motors, and a plan without its
+/// guards), interrupted.
 ServoRun run_servo(const PlannedServo &planned, const RunOptions &options, Progress &progress);
 
 /// Name of flag bit n ("deep", "saturated"), empty for none such.

@@ -3,6 +3,7 @@
 
 #include "plan/design.hpp"
 #include "plan/scene_contact.hpp"
+#include "plan/simulated_device.hpp"
 
 #include <fmt/format.h>
 

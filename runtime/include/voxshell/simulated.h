@@ -9,6 +9,10 @@
  * each exchange advances it by T, whatever the wall clock does. Double arithmetic, square roots
  * and nothing else: the same trace on any machine.
  *
+ * With `noise` a number of normal distribution is added to each axis before the encoder (twelve even ones,
+ * summed). With `loss` the link drops out: the measurement stays what it was (sequence, too), and the command
+ * before goes on and decays.
+ *
  * Force limits, stiffness and resolution of the profiles are recommended values published with
  * CHAI3D; mass, friction and viscosity are assumptions (caps.assumed).
  *
@@ -67,6 +71,10 @@ typedef struct vxs_simulated_config {
     vxs_simulated_arm arm;         /* copied; default "hand" */
     double sample_time;            /* T [s], 1e-5 .. 0.1; default 1 / profile.rate_hz */
     vxs_pose start;                /* of device and hand, at rest; default identity */
+    double noise;     /* [m] >= 0: standard deviation of what each axis is measured with; default 0 */
+    double loss;      /* 0 .. 0.9: share of samples in which neither side hears the other; default 0 */
+    double loss_time; /* [s] 0 .. 10: how long each such drop-out lasts; 0 (default): one sample */
+    uint64_t seed;    /* of noise and loss: the same numbers, the same trace on any machine; default 1 */
 } vxs_simulated_config;
 
 /* Fills all from a profile; NULL takes "phantom-premium-1.5". Thread: any, rt-safe. */

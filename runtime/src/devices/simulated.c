@@ -17,6 +17,34 @@ double vxsi_simulated_encode(const vxsi_simulated *simulated, double position)
     return step > 0 ? floor(position / step + 0.5) * step : position;
 }
 
+/* Even in 0 .. 1. */
+static double even(vxsi_simulated *s)
+{
+    s->random ^= s->random << 13;
+    s->random ^= s->random >> 7;
+    s->random ^= s->random << 17;
+    return (double)(s->random >> 11) * 0x1p-53;
+}
+
+static double noise_of(vxsi_simulated *s)
+{
+    double sum = -6;
+    if (!(s->config.noise > 0)) return 0;
+    for (int n = 0; n < 12; n++) sum += even(s);
+    return sum * s->config.noise;
+}
+
+/* Drop-outs begin so often that their share of all time is the loss. */
+static int is_lost(vxsi_simulated *s)
+{
+    double loss = s->config.loss;
+    if (!(loss > 0)) return 0;
+    if (s->lost_left == 0 && even(s) < loss / ((1 - loss) * s->lost_each + loss)) s->lost_left = s->lost_each;
+    if (s->lost_left == 0) return 0;
+    s->lost_left--;
+    return 1;
+}
+
 static int is_finite(const double v[3])
 {
     return isfinite(fabs(v[0]) + fabs(v[1]) + fabs(v[2]));
@@ -84,11 +112,13 @@ static void move(vxsi_simulated *s, const double force[3])
 static void measure(vxsi_simulated *s, vxs_device_state *state)
 {
     memset(state, 0, sizeof *state);
+    double span = s->config.sample_time * (s->passed + 1);
     s->sequence++;
+    s->passed = 0;
     for (int axis = 0; axis < 3; axis++) {
-        double shown = vxsi_simulated_encode(s, s->position[axis]);
+        double shown = vxsi_simulated_encode(s, s->position[axis] + noise_of(s));
         state->pose.position[axis] = shown;
-        state->velocity[axis] = (shown - s->measured[axis]) / s->config.sample_time;
+        state->velocity[axis] = (shown - s->measured[axis]) / span;
         s->measured[axis] = shown;
     }
     memcpy(state->pose.orientation, s->orientation, sizeof s->orientation);
@@ -103,7 +133,8 @@ void vxsi_simulated_exchange(void *self, const vxs_device_command *command, vxs_
                              vxs_device_report *report)
 {
     vxsi_simulated *s = self;
-    if (command) s->command = *command;
+    int lost = is_lost(s);
+    if (command && !lost) s->command = *command;
     if (s->broken == VXS_DEVICE_FAULT_USB) s->state = VXS_DEVICE_GONE;
 
     /* The slot of delay_samples ago is read before the newest takes its place. */
@@ -121,8 +152,14 @@ void vxsi_simulated_exchange(void *self, const vxs_device_command *command, vxs_
         memset(state, 0, sizeof *state);
         state->pose = vxs_pose_identity();
         memcpy(state->pose.position, s->measured, sizeof s->measured);
+    } else if (lost) {
+        *state = s->heard;
+        state->link_age += s->config.sample_time;
+        s->heard.link_age = state->link_age;
+        s->passed++;
     } else {
         measure(s, state);
+        s->heard = *state;
     }
     state->sequence = s->sequence;
     state->time_ns = s->time_ns;

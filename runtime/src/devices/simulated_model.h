@@ -22,6 +22,11 @@ typedef struct vxsi_simulated {
     vxs_device_command command;                       /* the last one taken */
     vxs_device_report line[VXSI_SIMULATED_MAX_DELAY]; /* wrenches on their way, a ring */
     uint32_t line_at;
+    uint64_t random;
+    uint32_t lost_left;     /* samples to go of a drop-out */
+    uint32_t lost_each;     /* of each */
+    uint32_t passed;        /* samples since the last measurement */
+    vxs_device_state heard; /* the last that got through */
 } vxsi_simulated;
 
 void vxsi_simulated_exchange(void *self, const vxs_device_command *command, vxs_device_state *state,

@@ -69,6 +69,7 @@ void vxs_simulated_config_default(vxs_simulated_config *config, const vxs_simula
     config->arm = *vxs_simulated_arm_named("hand");
     config->sample_time = 1 / config->profile.rate_hz;
     config->start = vxs_pose_identity();
+    config->seed = 1;
 }
 
 static int not_negative(double value)
@@ -92,7 +93,9 @@ static vxs_result check_config(const vxs_simulated_config *config)
     int is_good = p->name && a->name && p->mass > 0 && p->peak_force > 0 && config->delay_samples >= 1 &&
                   config->delay_samples <= VXSI_SIMULATED_MAX_DELAY && config->substeps >= 1 &&
                   config->substeps <= MAX_SUBSTEPS && config->sample_time >= 1e-5 &&
-                  config->sample_time <= 0.1 && vxs_pose_rotation(&config->start, rotation);
+                  config->sample_time <= 0.1 && vxs_pose_rotation(&config->start, rotation) &&
+                  not_negative(config->noise) && config->loss >= 0 && config->loss <= 0.9 &&
+                  config->loss_time >= 0 && config->loss_time <= 10;
     return is_good ? VXS_OK : VXS_PARAM;
 }
 
@@ -175,6 +178,10 @@ vxs_result vxs_simulated_open(void *memory, size_t size, const vxs_simulated_con
     s->config = *config;
     s->state = VXS_DEVICE_READY;
     s->sample_ns = (int64_t)(config->sample_time * 1e9 + 0.5);
+    s->random = (config->seed + 1) * 0x9E3779B97F4A7C15u | 1;
+    double samples = floor(config->loss_time / config->sample_time + 0.5);
+    s->lost_each = samples < 1 ? 1 : (uint32_t)samples;
+    s->heard.pose = config->start;
     fill_caps(config, &s->device.caps);
     for (int axis = 0; axis < 3; axis++) {
         s->position[axis] = s->hand[axis] = s->target[axis] = config->start.position[axis];

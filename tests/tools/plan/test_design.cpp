@@ -8,6 +8,7 @@
 #include "cli/failure.hpp"
 #include "plan/design.hpp"
 #include "plan/scene_coupling.hpp"
+#include "plan/simulated_device.hpp"
 #include "plan/time_domain.hpp"
 
 #include <algorithm>
