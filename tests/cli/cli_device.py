@@ -56,7 +56,7 @@ class Device(command.CommandTest):
     def test_interrupted(self):
         with subprocess.Popen([command.BIN, 'device', 'test', 'sim:falcon', '--seconds', '60'], cwd=self.folder, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, text=True) as run:
-            time.sleep(0.5)
+            time.sleep(2)
             run.send_signal(signal.SIGINT)
             run.communicate(timeout=10)
             self.assertEqual(run.returncode, 130)

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ALIGNMENT = 16, EMPTY_PERIODS = 3, FIRST_PERIODS = 1 };
+enum { ALIGNMENT = 16, EMPTY_PERIODS = 3 };
 static const double agree = 0.01, notice = 0.1; /* of the weight: two periods agree; a mass was hung */
 static const double lag = 0.01;                 /* [s] of the speed */
 
@@ -18,7 +18,6 @@ struct vxs_calibration {
     uint64_t sequence, samples, patience_samples;
     double begin[3], behind[3], speed[3], low, high; /* low, high: of this period, along down [m] */
     double sum, last;                                /* of this period; mean of the one before [N] */
-    double empty_sum;
 };
 
 void vxs_calibration_config_default(vxs_calibration_config *config)
@@ -102,9 +101,8 @@ static void judge(vxs_calibration *c, double mean)
     r->periods++;
     r->spread = fabs(mean - before);
     if (r->phase == VXS_CALIBRATION_EMPTY) {
-        if (r->periods > FIRST_PERIODS) c->empty_sum += mean;
-        if (r->periods < FIRST_PERIODS + EMPTY_PERIODS) return;
-        r->empty = c->empty_sum / EMPTY_PERIODS;
+        if (r->periods < EMPTY_PERIODS || r->spread > agree * weight) return;
+        r->empty = (mean + before) / 2;
         r->phase = VXS_CALIBRATION_HANG;
         c->samples = 0;
     } else if (r->phase == VXS_CALIBRATION_HANG) {

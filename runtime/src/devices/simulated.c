@@ -17,29 +17,26 @@ double vxsi_simulated_encode(const vxsi_simulated *simulated, double position)
     return step > 0 ? floor(position / step + 0.5) * step : position;
 }
 
-/* Even in 0 .. 1. */
-static double even(vxsi_simulated *s)
+static uint64_t random_bits(vxsi_simulated *s)
 {
     s->random ^= s->random << 13;
     s->random ^= s->random >> 7;
-    s->random ^= s->random << 17;
-    return (double)(s->random >> 11) * 0x1p-53;
+    return s->random ^= s->random << 17;
 }
 
+/* Twelve even numbers of 0 .. 65535, summed, have a deviation of 65536 but for their last bits. */
 static double noise_of(vxsi_simulated *s)
 {
-    double sum = -6;
+    int sum = -6 * 65535;
     if (!(s->config.noise > 0)) return 0;
-    for (int n = 0; n < 12; n++) sum += even(s);
-    return sum * s->config.noise;
+    for (int n = 0; n < 12; n++) sum += (int)(random_bits(s) >> 48);
+    return sum * 0x1p-16 * s->config.noise;
 }
 
-/* Drop-outs begin so often that their share of all time is the loss. */
+/* A drop-out begins as often as set-up reckoned. */
 static int is_lost(vxsi_simulated *s)
 {
-    double loss = s->config.loss;
-    if (!(loss > 0)) return 0;
-    if (s->lost_left == 0 && even(s) < loss / ((1 - loss) * s->lost_each + loss)) s->lost_left = s->lost_each;
+    if (s->lost_left == 0 && (uint32_t)(random_bits(s) >> 32) < s->lost_below) s->lost_left = s->lost_each;
     if (s->lost_left == 0) return 0;
     s->lost_left--;
     return 1;
@@ -55,14 +52,14 @@ static void render(vxsi_simulated *s, vxs_device_report *out)
 {
     memset(out, 0, sizeof *out);
     const vxs_wrench *wanted = &s->command.wrench;
-    if (s->state != VXS_DEVICE_ARMED) return;
+    if (s->heard.state != VXS_DEVICE_ARMED) return;
     if (!is_finite(wanted->force) || !is_finite(wanted->torque)) {
         out->flags = VXS_DEVICE_REFUSED;
-        s->state = VXS_DEVICE_FAULT;
-        s->fault = VXS_DEVICE_FAULT_SOFTWARE;
+        s->heard.state = VXS_DEVICE_FAULT;
+        s->heard.fault = VXS_DEVICE_FAULT_SOFTWARE;
         return;
     }
-    double share = vxs_device_command_share(&s->command, s->time_ns);
+    double share = vxs_device_command_share(&s->command, s->heard.time_ns);
     if (share < 1) out->flags |= share > 0 ? VXS_DEVICE_DECAYING : VXS_DEVICE_EXPIRED;
     const vxs_simulated_profile *profile = &s->config.profile;
     double force_factor = vxs_device_clamp_factor(wanted->force, profile->peak_force);
@@ -109,20 +106,23 @@ static void move(vxsi_simulated *s, const double force[3])
     memcpy(s->hand, s->target, sizeof s->hand);
 }
 
-static void measure(vxsi_simulated *s, vxs_device_state *state)
+/* What was measured last stays, where nothing is heard. */
+static void measure(vxsi_simulated *s, int lost, vxs_device_state *state)
 {
-    memset(state, 0, sizeof *state);
-    double span = s->config.sample_time * (s->passed + 1);
-    s->sequence++;
-    s->passed = 0;
-    for (int axis = 0; axis < 3; axis++) {
-        double shown = vxsi_simulated_encode(s, s->position[axis] + noise_of(s));
-        state->pose.position[axis] = shown;
-        state->velocity[axis] = (shown - s->measured[axis]) / span;
-        s->measured[axis] = shown;
+    vxs_device_state *heard = &s->heard;
+    double span = s->config.sample_time + heard->link_age;
+    heard->link_age = span;
+    if (!lost) {
+        for (int axis = 0; axis < 3; axis++) {
+            double shown = vxsi_simulated_encode(s, s->position[axis] + noise_of(s));
+            heard->velocity[axis] = (shown - heard->pose.position[axis]) / span;
+            heard->pose.position[axis] = shown;
+        }
+        memcpy(heard->pose.orientation, s->orientation, sizeof s->orientation);
+        heard->sequence++;
+        heard->link_age = 0;
     }
-    memcpy(state->pose.orientation, s->orientation, sizeof s->orientation);
-    state->velocity_source = VXS_DEVICE_VELOCITY_ESTIMATED;
+    *state = *heard;
     if (s->broken == VXS_DEVICE_FAULT_SOFTWARE) {
         state->pose.position[0] = NAN;
         s->broken = VXS_DEVICE_FAULT_NONE;
@@ -135,36 +135,22 @@ void vxsi_simulated_exchange(void *self, const vxs_device_command *command, vxs_
     vxsi_simulated *s = self;
     int lost = is_lost(s);
     if (command && !lost) s->command = *command;
-    if (s->broken == VXS_DEVICE_FAULT_USB) s->state = VXS_DEVICE_GONE;
+    if (s->broken == VXS_DEVICE_FAULT_USB) {
+        s->heard.state = VXS_DEVICE_GONE;
+        s->heard.fault = VXS_DEVICE_FAULT_USB;
+    }
 
     /* The slot of delay_samples ago is read before the newest takes its place. */
-    vxs_device_report newest;
-    render(s, &newest);
-    vxs_device_report acting = s->line[s->line_at];
-    s->line[s->line_at] = newest;
+    vxs_device_report *slot = &s->line[s->line_at], acting = *slot;
+    render(s, slot);
     s->line_at = (s->line_at + 1) % s->config.delay_samples;
-    if (s->state != VXS_DEVICE_ARMED) memset(&acting.rendered, 0, sizeof acting.rendered);
-    if (report) *report = (vxs_device_report){.rendered = acting.rendered, .flags = newest.flags};
+    if (s->heard.state != VXS_DEVICE_ARMED) memset(&acting.rendered, 0, sizeof acting.rendered);
+    acting.flags = slot->flags;
+    if (report) *report = acting;
 
     move(s, acting.rendered.force);
-    s->time_ns += s->sample_ns;
-    if (s->state == VXS_DEVICE_GONE) {
-        memset(state, 0, sizeof *state);
-        state->pose = vxs_pose_identity();
-        memcpy(state->pose.position, s->measured, sizeof s->measured);
-    } else if (lost) {
-        *state = s->heard;
-        state->link_age += s->config.sample_time;
-        s->heard.link_age = state->link_age;
-        s->passed++;
-    } else {
-        measure(s, state);
-        s->heard = *state;
-    }
-    state->sequence = s->sequence;
-    state->time_ns = s->time_ns;
-    state->state = s->state;
-    state->fault = s->state == VXS_DEVICE_GONE ? VXS_DEVICE_FAULT_USB : s->fault;
+    s->heard.time_ns += s->sample_ns;
+    measure(s, lost || s->heard.state == VXS_DEVICE_GONE, state);
 }
 
 void vxs_simulated_hand(vxs_device *device, const double position[3], const double *orientation)
@@ -172,21 +158,7 @@ void vxs_simulated_hand(vxs_device *device, const double position[3], const doub
     vxsi_simulated *s = device->self;
     if (position && is_finite(position)) memcpy(s->target, position, sizeof s->target);
     double rotation[9];
-    vxs_pose pose = vxs_pose_identity();
     if (!orientation) return;
-    memcpy(pose.orientation, orientation, sizeof pose.orientation);
+    const vxs_pose pose = {.orientation = {orientation[0], orientation[1], orientation[2], orientation[3]}};
     if (vxs_pose_rotation(&pose, rotation)) memcpy(s->orientation, orientation, sizeof s->orientation);
-}
-
-void vxs_simulated_truth(const vxs_device *device, double position[3], double velocity[3])
-{
-    const vxsi_simulated *s = device->self;
-    if (position) memcpy(position, s->position, sizeof s->position);
-    if (velocity) memcpy(velocity, s->velocity, sizeof s->velocity);
-}
-
-void vxs_simulated_break(vxs_device *device, uint32_t fault)
-{
-    vxsi_simulated *s = device->self;
-    s->broken = fault;
 }

@@ -109,21 +109,21 @@ static void let_go(vxsi_simulated *s)
 static vxs_result arm(void *self)
 {
     vxsi_simulated *s = self;
-    if (s->state == VXS_DEVICE_GONE) return VXS_LOST;
-    if (s->state == VXS_DEVICE_ARMED) return VXS_OK;
-    if (s->state != VXS_DEVICE_READY) return VXS_STATE;
+    if (s->heard.state == VXS_DEVICE_GONE) return VXS_LOST;
+    if (s->heard.state == VXS_DEVICE_ARMED) return VXS_OK;
+    if (s->heard.state != VXS_DEVICE_READY) return VXS_STATE;
     let_go(s);
-    s->state = VXS_DEVICE_ARMED;
+    s->heard.state = VXS_DEVICE_ARMED;
     return VXS_OK;
 }
 
 static vxs_result disarm(void *self)
 {
     vxsi_simulated *s = self;
-    if (s->state == VXS_DEVICE_GONE) return VXS_LOST;
-    if (s->state == VXS_DEVICE_CLOSED) return VXS_STATE;
-    s->state = VXS_DEVICE_READY;
-    s->fault = VXS_DEVICE_FAULT_NONE;
+    if (s->heard.state == VXS_DEVICE_GONE) return VXS_LOST;
+    if (s->heard.state == VXS_DEVICE_CLOSED) return VXS_STATE;
+    s->heard.state = VXS_DEVICE_READY;
+    s->heard.fault = VXS_DEVICE_FAULT_NONE;
     let_go(s);
     return VXS_OK;
 }
@@ -131,7 +131,7 @@ static vxs_result disarm(void *self)
 static void close_device(void *self)
 {
     vxsi_simulated *s = self;
-    s->state = VXS_DEVICE_CLOSED;
+    s->heard.state = VXS_DEVICE_CLOSED;
 }
 
 static const vxs_device_ops ops = {.name = "simulated",
@@ -176,18 +176,36 @@ vxs_result vxs_simulated_open(void *memory, size_t size, const vxs_simulated_con
     s->device.ops = &ops;
     s->device.self = s;
     s->config = *config;
-    s->state = VXS_DEVICE_READY;
+    s->heard.state = VXS_DEVICE_READY;
     s->sample_ns = (int64_t)(config->sample_time * 1e9 + 0.5);
     s->random = (config->seed + 1) * 0x9E3779B97F4A7C15u | 1;
     double samples = floor(config->loss_time / config->sample_time + 0.5);
     s->lost_each = samples < 1 ? 1 : (uint32_t)samples;
-    s->heard.pose = config->start;
+    /* So often that drop-outs' share of all time is the loss. */
+    s->lost_below =
+        (uint32_t)(4294967296.0 * config->loss / ((1 - config->loss) * s->lost_each + config->loss));
     fill_caps(config, &s->device.caps);
     for (int axis = 0; axis < 3; axis++) {
         s->position[axis] = s->hand[axis] = s->target[axis] = config->start.position[axis];
-        s->measured[axis] = vxsi_simulated_encode(s, s->position[axis]);
+        s->heard.pose.position[axis] = vxsi_simulated_encode(s, s->position[axis]);
     }
     memcpy(s->orientation, config->start.orientation, sizeof s->orientation);
+    memcpy(s->heard.pose.orientation, s->orientation, sizeof s->orientation);
+    s->heard.velocity_source = VXS_DEVICE_VELOCITY_ESTIMATED;
     *out = &s->device;
     return VXS_OK;
+}
+
+/* Of no tick: for those who look on, and for tests. */
+void vxs_simulated_truth(const vxs_device *device, double position[3], double velocity[3])
+{
+    const vxsi_simulated *s = device->self;
+    if (position) memcpy(position, s->position, sizeof s->position);
+    if (velocity) memcpy(velocity, s->velocity, sizeof s->velocity);
+}
+
+void vxs_simulated_break(vxs_device *device, uint32_t fault)
+{
+    vxsi_simulated *s = device->self;
+    s->broken = fault;
 }
