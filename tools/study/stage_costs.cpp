@@ -20,6 +20,7 @@ constexpr double most_ns = 1e9; ///< that the passes of one servo may take
 constexpr double instructions_a_ns =
     8;                      ///< about, so that a tick's weight is known before it is stepped through
 constexpr double call = 32; ///< of an effect from within another stage
+constexpr double small = 0.03; ///< of a stage's instructions
 constexpr double most_steps = 40'000; ///< instructions of one servo's ticks: a quarter of a second
 constexpr double most_counted = 20e6; ///< of one tick: a minute
 
@@ -194,7 +195,10 @@ class Costs {
             if (counts()) *cost.instructions += more;
             if (cost.is_in && stage != own) shared_.instructions[stage] += more;
             if (stage == own || stage == ByStage::around || (counts() && std::abs(more) < call)) continue;
-            const double more_ns = with.ns[stage] - without.ns[stage];
+            // The clock does not see so small a part of a stage: it is taken at the stage's own pace.
+            const bool is_small = std::abs(more) < small * without.instructions[stage];
+            const double more_ns = is_small ? more / without.instructions[stage] * without.ns[stage]
+                                            : with.ns[stage] - without.ns[stage];
             *cost.ns += more_ns;
             if (cost.is_in) shared_.ns[stage] += more_ns;
             vxs_servo_stage other;
