@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """convert: what it writes, what it says, what it refuses, and that it leaves nothing half done."""
+import base64
 import math
 import os
 import pathlib
 import subprocess
+import unittest
 
 import command
 import schema
@@ -47,6 +49,41 @@ class Convert(command.CommandTest):
             self.assertEqual((output['bytes'], output['sha256']), (len(data), command.hashlib.sha256(data).hexdigest()))
         self.assertEqual(report['inputs'][0]['sha256'], command.hashlib.sha256(pathlib.Path(self.stl).read_bytes()).hexdigest())
         self.assertEqual(schema.problems(command.json.loads(done.stdout), REPORT), [])
+
+    @unittest.skipIf(command.sanitized(), 'memory under sanitizers is theirs')
+    def test_a_file_is_held_once(self):
+        """A cup and 96 MiB that nobody uses: the peak grows by the file's size, also where a .gltf embeds them."""
+        def peak(name):
+            # A program that is started counts the memory of the one that starts it: this one must be small.
+            child = subprocess.Popen([command.BIN, 'convert', name, '-o', 'out', '--voxel', '2mm', '-q', '--force'], cwd=self.folder,
+                                     stdout=subprocess.DEVNULL)
+            _, status, usage = os.wait4(child.pid, 0)
+            child.returncode = status
+            self.assertEqual(status, 0, name)
+            return usage.ru_maxrss * 1024
+
+        plain = shapes.write_assembly(self.path('plain.gltf'), [(None, shapes.cup())], [{'mesh': 0}])
+        document = self.load('plain.gltf')
+        data = pathlib.Path(self.folder, document['buffers'][0]['uri']).read_bytes()
+        size, piece, count = len(data), bytes(3 << 20), 32
+        document['buffers'][0] = {'byteLength': size + count * len(piece), 'uri': 'DATA'}
+        before, after = command.json.dumps(document).split('DATA')
+        with open(self.path('beside.gltf'), 'w') as file:
+            file.write(before + 'waste.bin' + after)
+        with open(self.path('waste.bin'), 'wb') as file:
+            file.write(data)
+            for _ in range(count):
+                file.write(piece)
+        self.assertEqual(size % 3, 0, 'base64 is written piece by piece')
+        with open(self.path('embedded.gltf'), 'w') as file:
+            file.write(before + 'data:application/octet-stream;base64,' + base64.b64encode(data).decode())
+            for _ in range(count):
+                file.write(base64.b64encode(piece).decode())
+            file.write(after)
+        base = peak(plain)
+        for name, held in (('beside.gltf', 'waste.bin'), ('embedded.gltf', 'embedded.gltf')):
+            with self.subTest(name):
+                self.assertLess(peak(name) - base, 1.1 * os.path.getsize(self.path(held)))
 
     def test_one_bad_part_does_not_stop_the_others(self):
         bad = self.path('bad.stl')

@@ -35,7 +35,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t *bytes, std::size_t size)
     Sha256Stream hash;
     const bool is_binary = size >= 4 && std::memcmp(bytes, "glTF", 4) == 0;
     std::vector<std::filesystem::path> files;
-    const Source source{"/nowhere/fuzz.glb", "fuzz.glb", {bytes, size}, hash, files};
+    Bytes own(bytes, bytes + size);
+    const Source source{"/nowhere/fuzz.glb", "fuzz.glb", own, hash, files};
     try {
         const Scene scene = is_binary ? import_glb(source, {}) : import_gltf(source, {});
         fuzz::check(scene);

@@ -20,7 +20,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t *bytes, std::size_t size)
 {
     Sha256Stream hash;
     std::vector<std::filesystem::path> files;
-    const Source source{"fuzz.stl", "fuzz.stl", {bytes, size}, hash, files};
+    Bytes own(bytes, bytes + size);
+    const Source source{"fuzz.stl", "fuzz.stl", own, hash, files};
     try {
         const Scene scene = import_stl(source, {.unit = 0.001, .z_up = size % 2 == 0});
         FUZZ_CHECK(scene.meshes.size() == 1 && !scene.meshes[0].triangles.empty());

@@ -20,9 +20,10 @@
 namespace voxshell {
 
 struct GltfBuffer {
-    std::optional<std::string> uri; ///< none: the GLB's BIN chunk, or nothing
-    std::uint64_t length = 0;       ///< [bytes], as declared
-    bool fallback = false;          ///< stands for what a compression extension replaces; has no data
+    std::optional<std::string> uri;   ///< of a file, or a data URI that is written with escapes
+    std::span<std::uint8_t> embedded; ///< a data URI in the document. Neither: the BIN chunk, or nothing
+    std::uint64_t length = 0;         ///< [bytes], as declared
+    bool fallback = false;            ///< stands for what a compression extension replaces; has no data
 };
 
 /// EXT_meshopt_compression or KHR_meshopt_compression of a bufferView.
@@ -59,8 +60,9 @@ struct GltfDocument {
     }
 };
 
-/// Parses and validates the JSON text (gltf_validate.cpp).
-GltfDocument read_gltf_document(const Source &source, std::string_view json,
+struct GltfJson;
+/// Validates the JSON (gltf_validate.cpp).
+GltfDocument read_gltf_document(const Source &source, const GltfJson &json,
                                 std::span<const std::uint8_t> bin);
 
 /// The document's default scene as meshes and instances, or of it what `node` and those below it hold
@@ -107,7 +109,7 @@ class GltfBuffers {
     std::vector<Warning> &warnings_;
     std::vector<std::optional<std::span<const std::uint8_t>>> buffers_;
     std::map<std::string, Bytes> files_;   ///< by canonical path
-    std::map<std::size_t, Bytes> owned_;   ///< decoded data URIs by buffer
+    std::map<std::size_t, Bytes> owned_;   ///< data URIs that are written with escapes, by buffer
     std::map<std::size_t, Bytes> decoded_; ///< decompressed views
     std::uint64_t loaded_, spent_ = 0;
 };

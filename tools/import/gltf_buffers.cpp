@@ -23,31 +23,29 @@ int base64_digit(char c)
     return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/// Base64 of RFC 4648 with padding; nothing else is let pass.
-std::optional<Bytes> base64(std::string_view text)
+/// Base64 of RFC 4648 with padding, nothing else is let pass, decoded into the place where it stands.
+std::optional<std::span<std::uint8_t>> base64(std::span<std::uint8_t> text)
 {
     if (text.size() % 4 != 0) return {};
     std::size_t pad = 0;
     while (pad < 2 && pad < text.size() && text[text.size() - 1 - pad] == '=') ++pad;
-    Bytes out;
-    out.reserve(text.size() / 4 * 3);
+    std::size_t size = 0;
     std::uint32_t bits = 0;
     for (std::size_t i = 0; i < text.size(); ++i) {
-        const int digit = i + pad < text.size() ? base64_digit(text[i]) : 0;
+        const int digit = i + pad < text.size() ? base64_digit(static_cast<char>(text[i])) : 0;
         if (digit < 0) return {};
         bits = bits << 6 | static_cast<std::uint32_t>(digit);
-        if (i % 4 == 3) {
+        if (i % 4 == 3)
             for (int shift = 16; shift >= 0; shift -= 8)
-                out.push_back(static_cast<std::uint8_t>(bits >> shift));
-        }
+                text[size++] = static_cast<std::uint8_t>(bits >> shift);
     }
-    for (; pad > 0; --pad) out.pop_back();
-    return out;
+    return text.first(size - pad);
 }
 
-/// data:[type/subtype][;parameter=value]...;base64,DATA
-std::optional<Bytes> data_uri(std::string_view uri)
+/// data:[type/subtype][;parameter=value]...;base64,DATA, of which DATA is decoded where it stands.
+std::optional<std::span<std::uint8_t>> data_uri(std::span<std::uint8_t> bytes)
 {
+    const std::string_view uri(reinterpret_cast<const char *>(bytes.data()), bytes.size());
     const std::size_t comma = uri.find(',');
     if (comma == uri.npos) return {};
     std::string_view head = uri.substr(data_scheme.size(), comma - data_scheme.size());
@@ -62,7 +60,7 @@ std::optional<Bytes> data_uri(std::string_view uri)
         if (end + 1 == head.size()) return {};
         head.remove_prefix(std::min(end + 1, head.size()));
     }
-    return base64(uri.substr(comma + 1));
+    return base64(bytes.subspan(comma + 1));
 }
 
 std::optional<std::string> percent_decoded(std::string_view uri)
@@ -200,15 +198,17 @@ std::span<const std::uint8_t> GltfBuffers::buffer(std::size_t index)
     if (buffers_[index]) return *buffers_[index];
     const GltfBuffer &declared = document_.buffers[index];
     std::span<const std::uint8_t> bytes;
-    if (!declared.uri) {
+    const bool is_escaped = declared.uri && declared.uri->starts_with(data_scheme);
+    if (!declared.embedded.empty() || is_escaped) {
+        if (is_escaped) owned_[index].assign(declared.uri->begin(), declared.uri->end());
+        const auto decoded = data_uri(is_escaped ? std::span(owned_[index]) : declared.embedded);
+        if (!decoded) source_.invalid(fmt::format("buffers[{}].uri: not a valid base64 data URI", index));
+        bytes = *decoded;
+    } else if (!declared.uri) {
         if (index != 0 || document_.bin.empty()) {
             source_.invalid(fmt::format("buffers[{}] has no uri and no BIN chunk stands for it", index));
         }
         bytes = document_.bin;
-    } else if (declared.uri->starts_with(data_scheme)) {
-        auto decoded = data_uri(*declared.uri);
-        if (!decoded) source_.invalid(fmt::format("buffers[{}].uri: not a valid base64 data URI", index));
-        bytes = owned_[index] = std::move(*decoded);
     } else {
         bytes = external(index, *declared.uri);
     }
@@ -275,8 +275,8 @@ std::span<const std::uint8_t> GltfBuffers::view(std::size_t index)
     if (const std::optional<GltfMeshopt> &link = document_.meshopt[index]) {
         if (const auto done = decoded_.find(index); done != decoded_.end()) return done->second;
         const GltfBuffer &fallback = document_.buffers[static_cast<std::size_t>(view.buffer)];
-        const bool has_fallback =
-            !fallback.fallback && (fallback.uri || (view.buffer == 0 && !document_.bin.empty()));
+        const bool has_fallback = !fallback.fallback && (fallback.uri || !fallback.embedded.empty() ||
+                                                         (view.buffer == 0 && !document_.bin.empty()));
         try {
             return decoded_[index] = decompress(index, *link);
         } catch (const Failure &failure) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The two containers of glTF: a JSON file, and GLB (glTF 2.0, chapter 4).
 #include "import/gltf.hpp"
+#include "import/gltf_json.hpp"
 
 #include <fmt/core.h>
 
@@ -86,7 +87,8 @@ Scene import_parts(const Source &source, const ImportOptions &options, bool is_g
 {
     const GltfParts parts = gltf_parts(source, is_glb);
     if (options.unit) source.refuse(ExitCode::usage, "glTF is in metres: leave --unit out");
-    return import_gltf_document(source, read_gltf_document(source, parts.json, parts.bin), options.node);
+    const GltfDocument document = read_gltf_document(source, parse_json(source, parts.json), parts.bin);
+    return import_gltf_document(source, document, options.node);
 }
 
 } // namespace

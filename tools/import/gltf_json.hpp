@@ -18,8 +18,17 @@ namespace voxshell {
 
 using Json = nlohmann::json;
 
-/// The JSON of a document. Failure(invalid) when it is none or nested too deeply for readers that recurse.
-Json parse_json(const Source &source, std::string_view text);
+/// The JSON of a document. A data URI can be most of the file: it is not copied but stays where it is in the
+/// file's bytes.
+struct GltfJson {
+    std::string text;                          ///< "" stands where the value of a "uri" was a data URI
+    std::vector<std::span<std::uint8_t>> uris; ///< these data URIs, in their order in the file
+    Json json; ///< of `text`; a binary value, its subtype a place in `uris`, for each
+};
+
+/// Of `text`, which lies in `source.bytes`. Failure(invalid) when it is no JSON, or nested too deeply for
+/// readers that recurse.
+GltfJson parse_json(const Source &source, std::string_view text);
 
 /// Types of the properties that mean the same all over glTF but have nothing to do with geometry (materials,
 /// animations...): a file with a string for a number was not written by something that can be trusted.

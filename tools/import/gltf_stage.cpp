@@ -12,17 +12,15 @@ namespace {
 class StageReader {
   public:
     StageReader(const Source &source, const GltfParts &parts)
-        : source_(source), document_(read_gltf_document(source, parts.json, parts.bin)),
-          buffers_(source, document_, warnings_)
+        : source_(source), json_(parse_json(source, parts.json)),
+          document_(read_gltf_document(source, json_, parts.bin)), buffers_(source, document_, warnings_)
     {
-        stage_.json = parts.json;
     }
 
     GltfStage run()
     {
         nodes();
-        const Json json = parse_json(source_, stage_.json);
-        const GltfObject root(source_, json, "");
+        const GltfObject root(source_, json_.json, "");
         std::size_t number = 0;
         for (const GltfObject &animation : root.objects("animations")) {
             const std::vector<GltfObject> samplers = animation.objects("samplers");
@@ -31,6 +29,7 @@ class StageReader {
                 add(number, count++, channel, samplers);
             ++number;
         }
+        stage_.json = std::move(json_.text);
         return std::move(stage_);
     }
 
@@ -103,6 +102,7 @@ class StageReader {
 
     const Source &source_;
     std::vector<Warning> warnings_; ///< of buffers: import_scene() says them again
+    GltfJson json_;
     GltfDocument document_;
     GltfBuffers buffers_;
     GltfStage stage_;
@@ -121,13 +121,14 @@ GltfPose GltfStage::pose_in_scene(std::size_t node) const
 GltfStage read_gltf_stage(const std::filesystem::path &path)
 {
     const std::string name = path.string();
-    const Bytes bytes = read_whole_file(path, name);
+    Bytes bytes = read_whole_file(path, name);
+    const auto file_hash = sha256(bytes);
     Sha256Stream hash;                        // of what buffers take in besides: import_scene() tells that
     std::vector<std::filesystem::path> files; // as it does these
     const Source source{path, name, bytes, hash, files};
     const std::string ending = path.extension().string();
     GltfStage stage = StageReader(source, gltf_parts(source, ending == ".glb" || ending == ".GLB")).run();
-    stage.source_hash = sha256(bytes);
+    stage.source_hash = file_hash;
     return stage;
 }
 

@@ -57,8 +57,8 @@ constexpr const char *harmless_extensions[] = {"KHR_materials_",
 
 class Validator {
   public:
-    Validator(const Source &source, const Json &json, std::span<const std::uint8_t> bin)
-        : source_(source), root_(source, json, "")
+    Validator(const Source &source, const GltfJson &json, std::span<const std::uint8_t> bin)
+        : source_(source), uris_(json.uris), root_(source, json.json, "")
     {
         out_.bin = bin;
     }
@@ -152,7 +152,10 @@ class Validator {
     void add_buffer(const GltfObject &buffer)
     {
         GltfBuffer b;
-        b.uri = buffer.text("uri");
+        if (const Json *uri = buffer.find("uri"); uri && uri->is_binary())
+            b.embedded = uris_[uri->get_binary().subtype()];
+        else
+            b.uri = buffer.text("uri");
         b.length = buffer.required_integer("byteLength", 1, max_size);
         for (const char *name : {"EXT_meshopt_compression", "KHR_meshopt_compression"})
             if (const auto extension = buffer.extension(name)) b.fallback |= extension->flag("fallback");
@@ -489,6 +492,7 @@ class Validator {
     };
 
     const Source &source_;
+    const std::vector<std::span<std::uint8_t>> &uris_;
     GltfObject root_;
     GltfDocument out_;
     std::map<std::string, std::size_t> count_;
@@ -515,10 +519,8 @@ std::size_t gltf_component_size(int component_type)
     }
 }
 
-GltfDocument read_gltf_document(const Source &source, std::string_view text,
-                                std::span<const std::uint8_t> bin)
+GltfDocument read_gltf_document(const Source &source, const GltfJson &json, std::span<const std::uint8_t> bin)
 {
-    const Json json = parse_json(source, text);
     return Validator(source, json, bin).run();
 }
 

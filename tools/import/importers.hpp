@@ -24,8 +24,8 @@ Bytes read_whole_file(const std::filesystem::path &path, const std::string &blam
 /// each external buffer.
 struct Source {
     std::filesystem::path path;
-    std::string name; ///< path as the user gave it: Failure::file
-    std::span<const std::uint8_t> bytes;
+    std::string name;              ///< path as the user gave it: Failure::file
+    std::span<std::uint8_t> bytes; ///< the importer's own: a buffer is decoded where its base64 stands
     Sha256Stream &hash;
     std::vector<std::filesystem::path> &files;
 

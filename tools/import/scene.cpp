@@ -125,7 +125,7 @@ Scene import_scene(const std::filesystem::path &path, const ImportOptions &optio
     }
     if (!options.node.empty() && importer->import == import_stl)
         throw Failure(ExitCode::usage, name, "an STL file has no nodes");
-    const Bytes bytes = read_whole_file(path, name);
+    Bytes bytes = read_whole_file(path, name);
     Sha256Stream hash;
     hash.update(bytes);
     std::vector<std::filesystem::path> files{path};

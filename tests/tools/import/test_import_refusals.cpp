@@ -380,6 +380,40 @@ TEST_CASE("data URIs are read to the letter")
     CHECK(contains(uri("data:;base64,AAAA"), "declares 168 bytes, there are 3"));
 }
 
+TEST_CASE("data URIs are found where they are, and nowhere else")
+{
+    const Folder folder;
+    const Gltf gltf = good();
+    const std::string whole = gltf.data_uri();
+    const auto read = [&](const std::string &text) { return refusal(folder.write("a.gltf", text)); };
+    const auto with = [&](const std::string &key, const std::string &value) { // as they are in the text
+        std::string text = gltf.text(whole);
+        text.insert(1, "\"" + key + "\":" + value + ",");
+        return read(text);
+    };
+    CHECK(read(gltf.text(whole)) == "converted");
+    std::string escaped = gltf.text(whole);
+    escaped.replace(escaped.find("octet"), 1, "\\u006f"); // "\u006f" is "o"
+    CHECK(read(escaped) == "converted");
+    escaped.insert(escaped.find("base64,") + 7, "!");
+    CHECK(contains(read(escaped), "not a valid base64 data URI"));
+    std::string named = gltf.text(whole);
+    named.replace(named.find("\"uri\""), 5, "\"\\u0075ri\"");
+    CHECK(read(named) == "converted");
+    // Strings that look like one, before and after the buffer's.
+    CHECK(with("extras", R"({"uri":"data:x","of":["uri","data:;base64,AAAA"],"data:":"uri"})") ==
+          "converted");
+    CHECK(with("extensionsUsed", R"(["uri","data:x","\"uri\":\"data:\""])") == "converted");
+    CHECK(with("images", R"([{"uri":"data:image/png;base64,AAAA","name":"data:uri"},{"uri":"b.png"}])") ==
+          "converted");
+    CHECK(contains(with("images", "[{\"uri\":\"data:\n\"}]"), "not valid JSON"));
+    CHECK(contains(with("images", R"([{"uri":5}])"), "images[0].uri: a value of the wrong type"));
+    for (const char *broken : {"{\"uri\":\"data:", "{\"uri\":\"data:\\", "{\"uri\":\"data:\"",
+                               "[\"uri\":\"data:\"]", "{\"uri\" \"data:\"}", "{\"uri\":\"data:\"}}"})
+        CHECK(contains(read(broken), "not valid JSON"));
+    CHECK(contains(read("{\"uri\":\"data:\"}"), "asset"));
+}
+
 TEST_CASE("GLB containers")
 {
     const Folder folder;
