@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
  * A laboratory's own device as a backend in one file: a slider with one motor, on a made-up board. From "the
- * backend" to "its use" is all that one has to write. Usage: own_device CUP.voxmap SPHERE.pointshell
+ * backend" to "its use" is all that one has to write. Usage: own_device SCENE.plan
  */
 #define _POSIX_C_SOURCE 199309L /* nanosleep */
+
+#include "../scene.h"
 
 #include "voxshell/servo_thread.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 /* --- the board, as its vendor's library would have it: counts in, motor units out, never blocks --- */
@@ -157,34 +156,15 @@ static void move_hand(void *user, uint64_t tick)
 
 int main(int count, char **arguments)
 {
-    vxs_asset files[2];
-    vxs_voxmap map;
-    vxs_pointshell shell;
-    for (int n = 0; n < 2; n++) {
-        if (count != 3 || vxs_asset_open(arguments[n + 1], NULL, &files[n], NULL) != VXS_OK) {
-            fprintf(stderr, "usage: own_device CUP.voxmap SPHERE.pointshell\n");
-            return 1;
-        }
-    }
-    if (vxs_voxmap_open(&files[0], &map) != VXS_OK || vxs_pointshell_open(&files[1], &shell) != VXS_OK)
+    scene bed;
+    if (count != 2 || !scene_open(&bed, arguments[1])) {
+        fprintf(stderr, "usage: own_device SCENE.plan\n");
         return 1;
-    const vxs_contact_static statics = {&map, NULL};
-    vxs_servo_config config;
-    vxs_servo_config_default(&config);
-    config.statics = &statics;
-    config.static_count = 1;
-    config.shell = &shell;
-    config.mount.position[0] = 0.075; /* the slider's middle is in front of the wall */
-    config.mount.position[1] = 0.04;
-    config.contact.law = VXS_CONTACT_PATCH;
-    config.contact.field = VXS_CONTACT_DISTANCE;
-    config.contact.weighting = VXS_CONTACT_AREA;
-    config.contact.stiffness = 3e8;
-    config.coupling.kind = VXS_COUPLING_QUASI_STATIC;
-    config.coupling.stiffness = 800;
-    void *memory = aligned_alloc(64, (vxs_servo_memory(&config) + 63) / 64 * 64);
-    vxs_servo *servo;
-    if (vxs_servo_init(memory, vxs_servo_memory(&config), &config, &servo) != VXS_OK) return 1;
+    }
+    bed.config.mount.position[0] = 0.075; /* the slider's middle is in front of the wall */
+    bed.config.mount.position[1] = 0.04;
+    vxs_servo *servo = scene_servo(&bed);
+    if (!servo) return 1;
 
     board b = {0};
     slider s;
@@ -196,16 +176,12 @@ int main(int count, char **arguments)
     loop.max_ticks = 2500;
     loop.on_tick = move_hand;
     loop.user = &b;
-    void *ring = aligned_alloc(64, vxs_trace_memory(ROWS)),
-         *room = aligned_alloc(64, (vxs_servo_thread_memory() + 63) / 64 * 64);
+    void *ring = scene_memory(vxs_trace_memory(ROWS)), *room = scene_memory(vxs_servo_thread_memory());
     vxs_servo_thread *thread;
     vxs_result result = vxs_device_arm(device);
     if (result == VXS_OK) result = vxs_trace_init(ring, vxs_trace_memory(ROWS), ROWS, &loop.trace);
     if (result == VXS_OK) result = vxs_servo_thread_start(room, vxs_servo_thread_memory(), &loop, &thread);
-    if (result != VXS_OK) {
-        fprintf(stderr, "%s\n", vxs_result_text(result));
-        return 1;
-    }
+    if (result != VXS_OK) return !scene_refuses("thread", result);
     vxs_servo_thread_status status;
     vxs_servo_trace row;
     const struct timespec while_ago = {.tv_nsec = 20000000};
@@ -222,9 +198,7 @@ int main(int count, char **arguments)
            (unsigned long long)status.ticks, (unsigned)status.last_flags, b.units / units_per_newton);
     vxs_device_close(device);
     free(ring);
-    free(memory);
     free(room);
-    vxs_asset_close(&files[0]);
-    vxs_asset_close(&files[1]);
+    scene_close(&bed);
     return 0;
 }

@@ -127,7 +127,8 @@ enum {
     VXS_EFFECT_PROXIMITY = 10,
     VXS_EFFECT_WORKSPACE = 11,
     VXS_EFFECT_TORQUE = 12,
-    VXS_EFFECT_MOTION = 13
+    VXS_EFFECT_MOTION = 13,
+    VXS_EFFECT_OWN = 1000 /* kinds that are not voxshell's have numbers from here on (samples/own_effect) */
 };
 
 enum { VXS_EFFECT_MAX_DELAY = 64, VXS_EFFECT_MAX_CONSTANTS = 24, VXS_EFFECT_MAX_KEYFRAMES = 1 << 20 };

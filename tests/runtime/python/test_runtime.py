@@ -237,6 +237,13 @@ class Sample(unittest.TestCase):
         if shutil.which("gnuplot"):
             self.assertIn("phantom-premium-1.5", (FOLDER / "stimuli.svg").read_text(encoding="utf-8"))
 
+    def test_assembly(self):
+        voxshell("batch", SAMPLES / "pair.glb", "--per-part", "--voxel", "2mm", "-o", FOLDER / "asm", "-q")
+        done = subprocess.run([sys.executable, ROOT / "samples/assembly/assembly.py", FOLDER / "asm/pair/assembly.json", FOLDER / "sphere.pointshell"],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, "2 maps for 2 instances\nfrom -.* places touch")
+
 
 if __name__ == "__main__":
     unittest.main()
