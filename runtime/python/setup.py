@@ -28,9 +28,9 @@ def library():
     build = SCRATCH / "runtime"
     generator = ["-G", "Ninja"] if shutil.which("ninja") else []
     options = [f"-DVOXSHELL_{part}=OFF" for part in ("TOOLS", "TESTS", "SAMPLES", "USB")]
-    subprocess.run(["cmake", "-S", ROOT, "-B", build, *generator, "-DBUILD_SHARED_LIBS=ON", *options], check=True)
-    subprocess.run(["cmake", "--build", build, "--target", "voxshell_runtime"], check=True)
-    return next(file for file in build.rglob("libvoxshell*.so*") if not file.is_symlink())
+    subprocess.run(["cmake", "-S", ROOT, "-B", build, *generator, *options], check=True)
+    subprocess.run(["cmake", "--build", build, "--target", "voxshell_runtime_shared"], check=True)
+    return next(file for file in build.rglob("libvoxshell.so*") if not file.is_symlink())
 
 
 class WithLibrary(build_py):

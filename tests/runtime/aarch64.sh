@@ -19,7 +19,7 @@ build)
     cmake --preset runtime-only -B "$folder" -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 \
         -DCMAKE_C_COMPILER=aarch64-linux-gnu-gcc "-DCMAKE_CROSSCOMPILING_EMULATOR=qemu-aarch64;-L;$root"
     cmake --build "$folder" -j 2
-    aarch64-linux-gnu-objdump -d "$folder/runtime/libvoxshell_runtime.a" >"$folder/runtime.s"
+    aarch64-linux-gnu-objdump -d "$folder/runtime/libvoxshell.a" >"$folder/runtime.s"
     grep -q '<probe_neon>:' "$folder/runtime.s" || { echo "aarch64: NEON is not in it" >&2; exit 1; }
     if grep -wE 'fn?m(add|sub)|fml[as]' "$folder/runtime.s"; then
         echo "aarch64: fused multiply-adds" >&2

@@ -67,7 +67,7 @@ typedef struct vxs_asset_issue {
     uint16_t reader_major, reader_minor; /* and what this reader knows */
 } vxs_asset_issue;
 
-/* Thread: any, rt-safe. */
+/* Fills a config with the defaults that its members name. Thread: any, rt-safe. */
 VXS_API void vxs_asset_config_default(vxs_asset_config *config);
 
 /* Opens and checks the file. config may be NULL (default), issue may be NULL. On failure *out

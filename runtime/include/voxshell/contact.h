@@ -173,7 +173,7 @@ typedef struct vxs_contact_static {
  * from the evaluation before. One thread at a time; one for each dynamic object. */
 typedef struct vxs_contact vxs_contact;
 
-/* Thread: any, rt-safe. */
+/* Fills a config with the defaults that its members name. Thread: any, rt-safe. */
 VXS_API void vxs_contact_config_default(vxs_contact_config *config);
 
 /* VXS_OK; VXS_CONFIG; VXS_PARAM for an unknown law, field or weighting, or a number out of range;

@@ -76,7 +76,7 @@ enum { VXS_COUPLING_INVALID = 1 << 0 }; /* not finite: zero wrench, and the stat
 /* Object. One thread at a time. */
 typedef struct vxs_coupling vxs_coupling;
 
-/* Thread: any, rt-safe. */
+/* Fills a config with the defaults that its members name. Thread: any, rt-safe. */
 VXS_API void vxs_coupling_config_default(vxs_coupling_config *config);
 
 /* Sets w0, d and K of a PT2 from stiffness c [N/m], damping r [N s/m] and mass m [kg];

@@ -69,7 +69,7 @@ typedef struct vxs_hardware_config {
     double angular_speed; /* spacemouse [rad/s]; default 1 */
 } vxs_hardware_config;
 
-/* Thread: any, rt-safe. */
+/* Fills a config with the defaults that its members name. Thread: any, rt-safe. */
 VXS_API void vxs_hardware_config_default(vxs_hardware_config *config);
 
 /* Bytes for vxs_hardware_open(): enough for any kind. Thread: any, rt-safe. */

@@ -89,7 +89,7 @@ typedef struct vxs_hvlink_command {
     float value[VXS_HVLINK_VALUES];
 } vxs_hvlink_command;
 
-/* CRC-32C (Castagnoli). */
+/* CRC-32C (Castagnoli) of some bytes, as a frame ends with. */
 VXS_API uint32_t vxs_hvlink_crc(const uint8_t *bytes, size_t size);
 
 /* Bytes of a frame, at most VXS_HVLINK_MAX_FRAME; 0 if `most` is too little. */
@@ -104,8 +104,9 @@ typedef struct vxs_hvlink_stream {
     uint32_t dropped; /* bytes that belonged to no frame; wraps */
 } vxs_hvlink_stream;
 
+/* A byte of the wire; a full buffer drops its oldest, and counts it. */
 VXS_API void vxs_hvlink_put(vxs_hvlink_stream *stream, uint8_t byte);
-/* 1 and the frame; 0: more bytes are needed. */
+/* Takes the next whole frame out of the stream: 1 and the frame; 0: more bytes are needed. */
 VXS_API int vxs_hvlink_take(vxs_hvlink_stream *stream, vxs_hvlink_frame *frame);
 
 /* Payloads. pack_ fills type, size and payload. unpack_ returns 1; 0 for a frame of another type or a payload
