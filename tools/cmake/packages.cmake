@@ -39,6 +39,7 @@ vxs_package(devices libvoxshell-devices${PROJECT_VERSION_MAJOR} libs runtime/LIC
   "Haply, SpaceMouse, microcontrollers that speak hvlink, recordings; udev rules." library)
 vxs_package(dev libvoxshell-dev libdevel runtime/LICENSE "haptic rendering by the Voxmap-PointShell method: headers"
   "Headers, archives, and what CMake and pkg-config need to find them." library devices)
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS libusb-1.0-0-dev) # to link the archive of the devices
 if(VOXSHELL_TOOLS)
   vxs_package(tools voxshell-tools science tools/LICENSE "CAD scenes to voxmaps and pointshells"
     "Converts glTF and STL, one part or whole assemblies, checks and compares what\ncame out, simulates and measures it, designs the virtual coupling.")
