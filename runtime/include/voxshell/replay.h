@@ -27,7 +27,7 @@ typedef struct vxs_replay_config {
     uint32_t struct_size;
     uint32_t reserved;
     const vxs_replay_row *rows;
-    size_t row_count;   /* 1 .. */
+    size_t row_count;   /* 1 or more */
     double sample_time; /* [s] 1e-5 .. 0.1; default 0.001 */
 } vxs_replay_config;
 
