@@ -109,6 +109,20 @@ class Ship(command.CommandTest):
         self.assertEqual(len(rows[0]), len(rows[1]))
         self.run_voxshell(*run)  # and the next one takes the new file
 
+    def test_an_asset_cut_under_a_running_loop(self):
+        shapes.write_glb(self.path('cup.glb'), shapes.cup(radius=40, height=80, wall=6))
+        shapes.write_glb(self.path('sphere.glb'), shapes.sphere(radius=8))
+        pathlib.Path(self.path('press.scene.json')).write_text(json.dumps(SCENE), encoding='utf-8')
+        self.run_voxshell('convert', 'press.scene.json', '-o', 'out', '-q')
+        process = subprocess.Popen([command.BIN, 'simulate', 'out/press.plan', '--seconds', '3', '-q', '--realtime'], cwd=self.folder,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        time.sleep(1)
+        for name in ('press.voxmap', 'press.pointshell'):
+            os.truncate(self.path('out', name), 0)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0, out + err)
+        self.run_voxshell('simulate', 'out/press.plan', '--seconds', '1', code=3, err='press.voxmap')
+
 
 if __name__ == '__main__':
     command.main()

@@ -59,6 +59,7 @@ AssetFile::AssetFile(const std::filesystem::path &path, std::uint32_t kind)
     vxs_asset_config config;
     vxs_asset_config_default(&config);
     config.kind = kind;
+    config.mode = VXS_ASSET_COPY; // somebody may cut the file meanwhile, which would be SIGBUS in a mapping
     vxs_asset_issue issue{};
     const vxs_result result = vxs_asset_open(path.c_str(), &config, &asset_, &issue);
     if (result != VXS_OK) throw Failure(exit_code(result), path.string(), describe(result, issue));
