@@ -3,12 +3,9 @@
 
 #include "check.h"
 #include "devices/falcon_kinematics.h"
-#include "devices/haply_kinematics.h"
 
 enum { TURNS = 4 };
 static const double degree = 0.017453292519943295;
-static const vxsi_pantograph shape = {0.05, 0.07, 0.02};
-static const vxsi_haply_setup board = {.device = 5, .motor_ports = 3, .encoder_ports = 3};
 
 static uint32_t random_bits(emulated *e)
 {
@@ -160,13 +157,14 @@ static void falcon_sample(emulated *e)
 
 static void haply_hear(emulated *e, const uint8_t *bytes, size_t size)
 {
-    vxsi_haply_setup told;
     float torque[VXSI_HAPLY_PORTS] = {0}, degrees[VXSI_HAPLY_PORTS] = {0};
     uint8_t reply[VXSI_HAPLY_FRAME];
-    if (vxsi_haply_decode(bytes, size, &board, &told, torque) != 2) return;
-    double plane[2] = {e->place[0] + 0.01, e->place[2] + 0.08}, angle[2], jacobian[4], found[2], shown_at[3];
-    CHECK(vxsi_pantograph_inverse(&shape, plane, angle) &&
-          vxsi_pantograph_forward(&shape, angle, found, jacobian));
+    if (vxsi_haply_decode(bytes, size, &e->board, &e->board, torque) != 2) return;
+    double middle[2] = {e->pantograph.base / 2, (e->pantograph.near_link + e->pantograph.far_link) * 2 / 3};
+    double plane[2] = {e->place[0] + middle[0], e->place[2] + middle[1]}, angle[2], jacobian[4], found[2],
+           shown_at[3];
+    CHECK(vxsi_pantograph_inverse(&e->pantograph, plane, angle) &&
+          vxsi_pantograph_forward(&e->pantograph, angle, found, jacobian));
     /* J^T force = torque */
     double t[2] = {(double)torque[1], (double)torque[0]},
            det = jacobian[0] * jacobian[3] - jacobian[1] * jacobian[2];
@@ -174,13 +172,13 @@ static void haply_hear(emulated *e, const uint8_t *bytes, size_t size)
                        (t[1] * jacobian[0] - t[0] * jacobian[1]) / det};
     motor_force(e, force);
     shown(e, shown_at);
-    plane[0] = shown_at[0] + 0.01;
-    plane[1] = shown_at[2] + 0.08;
-    CHECK(vxsi_pantograph_inverse(&shape, plane, angle));
+    plane[0] = shown_at[0] + middle[0];
+    plane[1] = shown_at[2] + middle[1];
+    CHECK(vxsi_pantograph_inverse(&e->pantograph, plane, angle));
     degrees[0] = (float)(angle[1] / degree);
     degrees[1] = (float)(angle[0] / degree);
     if (happens(e, e->trouble.not_finite)) degrees[random_bits(e) % 2] = random_bits(e) % 2 ? NAN : INFINITY;
-    say(e, reply, vxsi_haply_encode_state(&board, degrees, reply), 0);
+    say(e, reply, vxsi_haply_encode_state(&e->board, degrees, reply), 0);
 }
 
 static void nothing(emulated *e)
@@ -323,6 +321,8 @@ void emulated_init_held(emulated *e, const emulated_kind *kind, const vxs_simula
     e->random = 0x9E3779B97F4A7C15u;
     e->has_firmware = e->is_homed = 1;
     vxs_hvlink_device_init(&e->hvlink, &caps);
+    e->pantograph = (vxsi_pantograph){0.05, 0.07, 0.02};
+    e->board = (vxsi_haply_setup){.device = 5, .motor_ports = 3, .encoder_ports = 3};
     vxs_simulated_config_default(&config, vxs_simulated_profile_named("falcon"));
     config.arm = *arm;
     config.profile.friction = friction;
@@ -330,15 +330,20 @@ void emulated_init_held(emulated *e, const emulated_kind *kind, const vxs_simula
     CHECK_INT(vxs_device_arm(e->tip), VXS_OK);
 }
 
+vxs_result emulated_link_as(emulated *e, vxsi_link *link, const vxs_hardware_config *config)
+{
+    vxsi_wire wire = emulated_wire(e);
+    link->now = emulated_now;
+    link->user = e;
+    return vxsi_link_open(link, e->kind->driver, config, &wire);
+}
+
 vxs_result emulated_link(emulated *e, vxsi_link *link)
 {
     vxs_hardware_config config;
     vxs_hardware_config_default(&config);
     config.is_in_place = 1;
-    vxsi_wire wire = emulated_wire(e);
-    link->now = emulated_now;
-    link->user = e;
-    return vxsi_link_open(link, e->kind->driver, &config, &wire);
+    return emulated_link_as(e, link, &config);
 }
 
 void emulated_run(emulated *e, vxsi_link *link)

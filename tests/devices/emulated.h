@@ -7,6 +7,7 @@
 #define VXS_TEST_EMULATED_H
 
 #include "devices/falcon_protocol.h"
+#include "devices/haply_kinematics.h"
 #include "devices/haply_protocol.h"
 #include "devices/link.h"
 #include "devices/spacemouse_protocol.h"
@@ -54,7 +55,9 @@ struct emulated {
 
     vxsi_falcon_stream stream; /* falcon */
     uint32_t has_firmware, is_homed, baud, uploaded, bad_uploads;
-    vxs_hvlink_device hvlink; /* and the others' */
+    vxsi_pantograph pantograph; /* haply */
+    vxsi_haply_setup board;     /* as it was told */
+    vxs_hvlink_device hvlink;   /* and the others' */
     vxsi_spacemouse_axes axes;
     uint32_t tick;
 };
@@ -73,6 +76,7 @@ int64_t emulated_now(void *e);
 
 /* A link to it, on its clock, without a thread. */
 vxs_result emulated_link(emulated *e, vxsi_link *link);
+vxs_result emulated_link_as(emulated *e, vxsi_link *link, const vxs_hardware_config *config);
 
 /* A millisecond: the link's turns, then the mass moves. */
 void emulated_run(emulated *e, vxsi_link *link);

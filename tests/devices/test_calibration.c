@@ -31,10 +31,7 @@ static void start(const emulated_kind *kind, double units_per_nm, double torque_
     config.is_in_place = 1;
     config.units_per_nm = units_per_nm;
     config.torque_gain = torque_gain;
-    vxsi_wire wire = emulated_wire(&r.e);
-    r.link.now = emulated_now;
-    r.link.user = &r.e;
-    CHECK_INT(vxsi_link_open(&r.link, kind->driver, &config, &wire), VXS_OK);
+    CHECK_INT(emulated_link_as(&r.e, &r.link, &config), VXS_OK);
     for (int n = 0; n < 10; n++) {
         emulated_run(&r.e, &r.link);
         vxs_device_exchange(&r.link.device, NULL, &r.state, NULL);

@@ -2,80 +2,29 @@
  *
  * A closed loop at 1 kHz against each emulated device: mass, hand, kinematics, packets, link, servo, a ball
  * on a floor; or on assets that are given:
- *     test_emulated [CASE]                         touch, start_in_contact, mouse, mouse_in_scene; all
- * without one test_emulated touch MAP SHELL HEIGHT         HEIGHT: of the tip at the device's centre [m]; the
- * ball of SHELL touches 4 mm below (tests/pipeline/device_on_cup.py) What the motors do must balance the
- * hand: a check on units and Jacobians from end to end.
+ *     test_emulated [CASE]                      touch, start_in_contact, mouse, haply_boards; all without one
+ *     test_emulated touch MAP SHELL HEIGHT      HEIGHT: of the tip at the device's centre [m]; the ball of SHELL
+ *                                               touches 4 mm below (tests/pipeline/device_on_cup.py)
+ * What the motors do must balance the hand: a check on units and Jacobians from end to end.
  */
-#include "asset_builder.h"
 #include "check.h"
-#include "emulated.h"
-#include "voxshell/servo.h"
+#include "floor_scene.h"
 
-static const double clearance = 0.004, way = 0.010; /* [m] to the floor, and that the hand goes down */
+static const double way = 0.010; /* [m] that the hand goes down */
 
-typedef struct scene {
-    built_asset map_bytes, shell_bytes;
-    vxs_asset map_file, shell_file;
-    vxs_voxmap map;
-    vxs_pointshell shell;
-    vxs_contact_static statics;
-    vxs_servo_config config;
-    void *memory;
-    vxs_servo *servo;
-} scene;
-
-/* The floor is at y = 0, the tip begins over it; a device that has x and z only has the floor's up along its
- * z. */
-static void open_scene(scene *s, int is_flat, char **assets)
+static void open_scene(floor_scene *s, int is_flat, char **assets)
 {
-    memset(s, 0, sizeof *s);
-    vxs_servo_config_default(&s->config);
-    s->config.contact.stiffness = 1e9;
-    s->config.mount.position[1] = 0.010 + clearance;
     if (assets) {
-        CHECK_INT(vxs_asset_open(assets[0], NULL, &s->map_file, NULL), VXS_OK);
-        CHECK_INT(vxs_asset_open(assets[1], NULL, &s->shell_file, NULL), VXS_OK);
-        CHECK_INT(vxs_voxmap_open(&s->map_file, &s->map), VXS_OK);
-        CHECK_INT(vxs_pointshell_open(&s->shell_file, &s->shell), VXS_OK);
+        floor_scene_open(s, assets[0], assets[1], VXS_ASSET_MAP);
         s->config.contact.stiffness = 3e8;
         s->config.contact.law = VXS_CONTACT_PATCH;
         s->config.contact.field = VXS_CONTACT_DISTANCE;
         s->config.mount.position[1] = strtod(assets[2], NULL);
     } else {
-        built_floor floor_shape = {-1, 60, 20};
-        s->map_bytes = build_floor_map(0.001, &floor_shape, BUILT_PLAIN);
-        s->shell_bytes = build_ball_shell(0.001, 0.01, 1000);
-        s->map = open_voxmap(&s->map_bytes);
-        s->shell = open_pointshell(&s->shell_bytes);
+        floor_scene_build(s);
     }
-    s->statics = (vxs_contact_static){&s->map, NULL};
-    s->config.statics = &s->statics;
-    s->config.static_count = 1;
-    s->config.shell = &s->shell;
-    s->config.max_force = 4;
-    s->config.contact.weighting = VXS_CONTACT_AREA;
-    s->config.coupling.kind = VXS_COUPLING_QUASI_STATIC;
-    s->config.coupling.stiffness = 800;
-    if (is_flat) {
-        s->config.mount.orientation[0] = sqrt(0.5);
-        s->config.mount.orientation[1] = -sqrt(0.5);
-    }
-    size_t size = (vxs_servo_memory(&s->config) + 63) / 64 * 64;
-    s->memory = aligned_alloc(64, size);
-    CHECK_INT(vxs_servo_init(s->memory, size, &s->config, &s->servo), VXS_OK);
-}
-
-static void close_scene(scene *s)
-{
-    free(s->memory);
-    if (s->map_bytes.data) {
-        built_free(&s->map_bytes);
-        built_free(&s->shell_bytes);
-    } else {
-        vxs_asset_close(&s->map_file);
-        vxs_asset_close(&s->shell_file);
-    }
+    if (is_flat) floor_scene_lay_flat(s);
+    floor_scene_start(s);
 }
 
 /* Arms, comes down in 0.4 s, and rests for 1.5 s. kind NULL: the simulated device itself, without a wire. */
@@ -83,7 +32,7 @@ static void touch(const emulated_kind *kind, char **assets)
 {
     static emulated e;
     static vxsi_link link;
-    scene s;
+    floor_scene s;
     int is_flat = kind == &emulated_haply, up = is_flat ? 2 : 1;
     open_scene(&s, is_flat, assets);
     emulated_init(&e, kind ? kind : &emulated_falcon);
@@ -129,7 +78,7 @@ static void touch(const emulated_kind *kind, char **assets)
     printf("%-7s motors %.3f N, hand %.3f N, %.3f N at most; tip %.2f mm past touch, body %.3f mm deep, "
            "still to "
            "%.1f um; pose off by %.1f um; %llu sent, %llu measured, %llu late; %u ticks in contact\n",
-           kind ? kind->name : "sim", motor, hand, most, 1e3 * (-lowest - clearance), 1e3 * depth,
+           kind ? kind->name : "sim", motor, hand, most, 1e3 * (-lowest - floor_clearance), 1e3 * depth,
            1e6 * swing, 1e6 * apart, (unsigned long long)counts.sent, (unsigned long long)counts.measured,
            (unsigned long long)counts.late, contact);
     CHECK(contact > 1000);
@@ -146,7 +95,7 @@ static void touch(const emulated_kind *kind, char **assets)
         emulated_run(&e, NULL);
         CHECK(emulated_force(&e) == 0);
     }
-    close_scene(&s);
+    floor_scene_close(&s);
 }
 
 static void touch_all(char **assets)
@@ -162,7 +111,7 @@ static void start_in_contact_of(const emulated_kind *kind)
 {
     static emulated e;
     static vxsi_link link;
-    scene s;
+    floor_scene s;
     open_scene(&s, kind == &emulated_haply, NULL);
     emulated_init(&e, kind);
     CHECK_INT(emulated_link(&e, &link), VXS_OK);
@@ -183,7 +132,7 @@ static void start_in_contact_of(const emulated_kind *kind)
     CHECK(!(flags & VXS_SERVO_START_IN_CONTACT));
     CHECK(e.force[up] > 0.5);
     vxs_device_close(&link.device);
-    close_scene(&s);
+    floor_scene_close(&s);
 }
 
 static void start_in_contact(void)
@@ -222,7 +171,7 @@ static void mouse_in_scene(char **assets)
 {
     static emulated e;
     static vxsi_link link;
-    scene s;
+    floor_scene s;
     vxs_device_command command;
     vxs_device_state state;
     vxs_device_report report;
@@ -248,10 +197,61 @@ static void mouse_in_scene(char **assets)
     }
     printf("spacemouse driven to %.2f mm: %.3f N commanded at most and none rendered, body %.3f mm deep\n",
            1e3 * state.pose.position[1], most, 1e3 * depth);
-    CHECK(state.pose.position[1] < -clearance && most > 0.5);
+    CHECK(state.pose.position[1] < -floor_clearance && most > 0.5);
     CHECK(seen & VXS_DEVICE_INCOMPLETE);
     vxs_device_close(&link.device);
-    close_scene(&s);
+    floor_scene_close(&s);
+}
+
+/* Which board and which arms are the user's to say: the board is told of its motors and encoders, place and
+ * force come out right. */
+static void haply_boards(void)
+{
+    static const struct {
+        uint32_t setup;
+        double links[3];
+        float offset[2], counts;
+        uint8_t turn;
+    } boards[] = {{2, {0.05, 0.07, 0.02}, {-61, 241}, 10752, VXSI_HAPLY_CLOCKWISE},
+                  {3, {0.05, 0.07, 0.02}, {12, 168}, 4880, VXSI_HAPLY_COUNTER},
+                  {3, {0.065, 0.09, 0.038}, {12, 168}, 4880, VXSI_HAPLY_COUNTER}};
+    static emulated e;
+    static vxsi_link link;
+    for (size_t k = 0; k < sizeof boards / sizeof *boards; k++) {
+        vxs_hardware_config config;
+        vxs_device_state state;
+        double truth[3], velocity[3];
+        vxs_hardware_config_default(&config);
+        config.is_in_place = 1;
+        config.haply_setup = boards[k].setup;
+        memcpy(config.haply_links, boards[k].links, sizeof config.haply_links);
+        emulated_init(&e, &emulated_haply);
+        memcpy(&e.pantograph, boards[k].links, sizeof e.pantograph);
+        CHECK_INT(emulated_link_as(&e, &link, &config), VXS_OK);
+        CHECK(e.board.motor_ports == 3 && e.board.encoder_ports == 3 && e.board.motor_turn[1] == 1);
+        for (int n = 0; n < 2; n++)
+            CHECK(e.board.offset[n] == boards[k].offset[n] && e.board.counts[n] == boards[k].counts);
+        CHECK_INT(e.board.motor_turn[0], boards[k].turn);
+        CHECK_INT(e.board.encoder_turn[0], boards[k].turn);
+        CHECK_INT(vxs_device_arm(&link.device), VXS_OK);
+        for (int tick = 0; tick < 1500; tick++) {
+            e.hand[0] = 1e-5 * tick;
+            emulated_run(&e, &link);
+            vxs_device_exchange(&link.device, NULL, &state, NULL);
+            vxs_device_command command = {.wrench = {{0.5, 0, -0.75}, {0, 0, 0}},
+                                          .hold_ns = state.time_ns + 2000000,
+                                          .expires_ns = state.time_ns + 12000000};
+            vxs_device_exchange(&link.device, &command, &state, NULL);
+        }
+        vxs_simulated_truth(e.tip, truth, velocity);
+        printf("haply board %u: at (%.2f, %.2f) mm, feels (%.3f, %.3f) N\n", (unsigned)boards[k].setup,
+               1e3 * state.pose.position[0], 1e3 * state.pose.position[2], e.force[0], e.force[2]);
+        CHECK(truth[0] > 0.01);
+        for (int n = 0; n < 3; n++) CHECK_NEAR(state.pose.position[n], truth[n], 60e-6);
+        CHECK_NEAR(e.force[0], 0.5, 2e-3);
+        CHECK_NEAR(e.force[2], -0.75, 2e-3);
+        vxs_device_close(&link.device);
+    }
 }
 
 int main(int count, char **arguments)
@@ -264,5 +264,6 @@ int main(int count, char **arguments)
     }
     if (!*only || strcmp(only, "start_in_contact") == 0) start_in_contact();
     if (!*only || strcmp(only, "mouse") == 0) mouse();
+    if (!*only || strcmp(only, "haply_boards") == 0) haply_boards();
     return 0;
 }

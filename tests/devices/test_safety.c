@@ -267,10 +267,7 @@ static void arming_without_calibration(void)
     vxs_hardware_config_default(&config);
     memset(&r, 0, sizeof r);
     emulated_init(&r.e, &emulated_haply); /* nobody said that it is in its place */
-    vxsi_wire wire = emulated_wire(&r.e);
-    r.link.now = emulated_now;
-    r.link.user = &r.e;
-    CHECK_INT(vxsi_link_open(&r.link, &vxsi_haply_driver, &config, &wire), VXS_OK);
+    CHECK_INT(emulated_link_as(&r.e, &r.link, &config), VXS_OK);
     for (int n = 0; n < 50; n++) tick(&r, 1);
     CHECK_INT(r.state.state, VXS_DEVICE_UNCALIBRATED);
     CHECK_INT(vxs_device_arm(&r.link.device), VXS_STATE);
@@ -404,11 +401,8 @@ static void firmware(void)
         emulated_init(&r.e, &emulated_falcon);
         r.e.has_firmware = 0;
         r.e.bad_uploads = bad;
-        vxsi_wire wire = emulated_wire(&r.e);
-        r.link.now = emulated_now;
-        r.link.user = &r.e;
         config.firmware = path;
-        vxs_result result = vxsi_link_open(&r.link, &vxsi_falcon_driver, &config, &wire);
+        vxs_result result = emulated_link_as(&r.e, &r.link, &config);
         CHECK_INT(result, bad < 10 ? VXS_OK : VXS_TIMEOUT);
         if (result != VXS_OK) break;
         for (int n = 0; n < 10; n++) tick(&r, 0);
@@ -419,10 +413,7 @@ static void firmware(void)
     memset(&r, 0, sizeof r);
     emulated_init(&r.e, &emulated_falcon);
     r.e.has_firmware = 0;
-    vxsi_wire wire = emulated_wire(&r.e);
-    r.link.now = emulated_now;
-    r.link.user = &r.e;
-    CHECK_INT(vxsi_link_open(&r.link, &vxsi_falcon_driver, &config, &wire), VXS_IO); /* the file is gone */
+    CHECK_INT(emulated_link_as(&r.e, &r.link, &config), VXS_IO); /* the file is gone */
 }
 
 static const struct {

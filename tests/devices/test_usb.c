@@ -1,107 +1,135 @@
 /* SPDX-License-Identifier: MIT
  *
- * The kernel's side of USB, emulated for an unmodified libusb: umockdev's preload sends each ioctl on a
- * device's node here, by its socket protocol (the package umockdev alone; neither its library nor GLib). What
- * cannot be had so: a kernel's own refusal of permission, hot-plug events, and its timing, so there is no
- * assertion on time. test_usb                 makes the device, runs itself as the client, unplugs it while
- * it pushes test_usb falcon|mouse    the client
+ * The kernel's side of USB, emulated for an unmodified libusb (mocked.h):
+ *     test_usb                                makes each device, runs itself as the client, unplugs it while it
+ *                                             pushes
+ *     test_usb falcon|mouse|haply|hvlink      the client
  */
 #define _GNU_SOURCE 1
 
 #include "check.h"
 #include "emulated.h"
+#include "mocked.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <linux/usbdevice_fs.h>
 #include <signal.h>
 #include <sys/ioctl.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
-#include <sys/un.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
-static int64_t now_ns(void *user)
-{
-    struct timespec time;
-    (void)user;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
-}
-
-static void pause_ms(long ms)
-{
-    struct timespec time = {.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000};
-    nanosleep(&time, NULL);
-}
+typedef struct plug {
+    const char *name;
+    const emulated_kind *kind;
+    uint16_t vendor, product;
+    uint8_t is_serial, is_bulk;
+} plug;
+/* A serial device's VID:PID is its builder's affair: these are two of a maker of boards. */
+static const plug plugs[] = {{"falcon", &emulated_falcon, 0x0403, 0xCB48, 0, 1},
+                             {"mouse", &emulated_spacemouse, 0x256F, 0xC635, 0, 0},
+                             {"haply", &emulated_haply, 0x2341, 0x003E, 1, 1},
+                             {"hvlink", &emulated_hvlink, 0x2341, 0x804D, 1, 1}};
+enum { PLUGS = sizeof plugs / sizeof *plugs };
 
 /* --- the client: unmodified libusb below our wire --- */
 
 static int is_ours(uint16_t vendor, uint16_t product)
 {
-    return (vendor == 0x0403 && product == 0xCB48) || (vendor == 0x256F && product == 0xC635);
+    for (int n = 0; n < PLUGS; n++)
+        if (plugs[n].vendor == vendor && plugs[n].product == product) return 1;
+    return 0;
 }
 
-static int run_client(const char *name)
+/* As the user opens it, by VID:PID. */
+static vxs_device *open_serial(const plug *what, void *memory)
 {
-    static vxsi_link link;
-    int is_falcon = strcmp(name, "falcon") == 0;
+    char address[16];
+    vxs_device *device = NULL;
+    vxs_hardware_config config;
+    const vxs_hardware_kind *kind = vxs_hardware_kind_named(what->name);
+    CHECK(kind->wires & VXS_HARDWARE_USB);
+    vxs_hardware_config_default(&config);
+    config.is_in_place = 1;
+    config.address = "1234:5678";
+    CHECK_INT(vxs_hardware_open(memory, vxs_hardware_memory(), kind, &config, &device), VXS_NO_DEVICE);
+    config.address = "1234:56789";
+    CHECK_INT(vxs_hardware_open(memory, vxs_hardware_memory(), kind, &config, &device), VXS_PARAM);
+    snprintf(address, sizeof address, "%04x:%04x", what->vendor, what->product);
+    config.address = address;
+    CHECK_INT(vxs_hardware_open(memory, vxs_hardware_memory(), kind, &config, &device), VXS_BUSY);
+    CHECK_INT(vxs_hardware_open(memory, vxs_hardware_memory(), kind, &config, &device), VXS_OK);
+    return device;
+}
+
+/* The Falcon's driver is tested also where it is not offered. */
+static vxs_device *open_link(const plug *what, vxsi_usb *usb, vxsi_link *link)
+{
     vxsi_usb_seen seen;
-    vxs_device_state state;
-    vxs_device_report report;
     vxs_hardware_config config;
     vxsi_wire wire;
-    vxsi_usb *usb = aligned_alloc(64, (vxsi_usb_memory() + 63) / 64 * 64);
     vxs_hardware_config_default(&config);
     CHECK_INT(vxsi_usb_list(is_ours, &seen, 1), 1);
     CHECK(seen.usable == VXS_OK && seen.bus == 1 && seen.number == 2);
-    vxsi_usb_match match = {seen.vendor, seen.product, 0, 0x81, is_falcon ? 0x02 : 0, !is_falcon};
-    vxsi_usb_match none = {0x1234, 0x5678, 0, 0x81, 0, 1};
+    vxsi_usb_match match = {seen.vendor, seen.product, 0, 0x81, what->is_bulk ? 0x02 : 0, !what->is_bulk, 0};
+    vxsi_usb_match none = {0x1234, 0x5678, 0, 0x81, 0, 1, 0};
     CHECK_INT(vxsi_usb_open(usb, &none, &wire), VXS_NO_DEVICE);
     CHECK_INT(vxsi_usb_open(usb, &match, &wire), VXS_BUSY); /* the first time somebody else has it */
     CHECK_INT(vxsi_usb_open(usb, &match, &wire), VXS_OK);
-    memset(&link, 0, sizeof link);
-    CHECK_INT(
-        vxsi_link_open(&link, is_falcon ? &vxsi_falcon_driver : &vxsi_spacemouse_driver, &config, &wire),
-        VXS_OK);
-    CHECK_INT(vxsi_link_run(&link), VXS_OK);
+    memset(link, 0, sizeof *link);
+    CHECK_INT(vxsi_link_open(link, what->kind->driver, &config, &wire), VXS_OK);
+    CHECK_INT(vxsi_link_run(link), VXS_OK);
+    return &link->device;
+}
+
+/* Pushes until the device is gone. */
+static void use_until_gone(const char *name, vxs_device *device, int has_force)
+{
+    vxs_device_state state;
+    vxs_device_report report;
     do {
-        pause_ms(1);
-        vxs_device_exchange(&link.device, NULL, &state, &report);
+        mocked_pause(1);
+        vxs_device_exchange(device, NULL, &state, &report);
     } while (state.state == VXS_DEVICE_UNCALIBRATED);
     CHECK_INT(state.state, VXS_DEVICE_READY);
-    if (is_falcon) CHECK_INT(vxs_device_arm(&link.device), VXS_OK);
-    int64_t end = now_ns(NULL) + 20000000000;
-    while (state.state != VXS_DEVICE_GONE && now_ns(NULL) < end) {
+    if (has_force) CHECK_INT(vxs_device_arm(device), VXS_OK);
+    int64_t end = mocked_now() + 20000000000;
+    while (state.state != VXS_DEVICE_GONE && mocked_now() < end) {
         vxs_device_command command = {.wrench = {{1, 0, 0}, {0, 0, 0}},
                                       .hold_ns = state.time_ns + 20000000,
                                       .expires_ns = state.time_ns + 30000000};
-        vxs_device_exchange(&link.device, &command, &state, &report);
-        pause_ms(1);
+        vxs_device_exchange(device, &command, &state, &report);
+        mocked_pause(1);
     }
     vxs_hardware_counts counts;
-    vxs_hardware_get(&link.device, &counts);
-    printf("%s on libusb: %llu sent, %llu measured, %llu malformed, %llu late, x = %.4f m\n", name,
+    vxs_hardware_get(device, &counts);
+    printf("%s: %llu sent, %llu measured, %llu malformed, %llu late, x = %.4f m\n", name,
            (unsigned long long)counts.sent, (unsigned long long)counts.measured,
            (unsigned long long)counts.malformed, (unsigned long long)counts.late, state.pose.position[0]);
     CHECK_INT(state.state, VXS_DEVICE_GONE);
     CHECK_INT(state.fault, VXS_DEVICE_FAULT_USB);
     CHECK(counts.measured > 20);
     CHECK(isfinite(state.pose.position[0]));
-    if (!is_falcon) CHECK(state.pose.position[0] > 0);
-    int64_t began = now_ns(NULL);
-    vxs_device_close(&link.device);
-    CHECK(now_ns(NULL) - began < 5000000000);
-    free(usb);
+    if (!has_force) CHECK(state.pose.position[0] > 0);
+    int64_t began = mocked_now();
+    vxs_device_close(device);
+    CHECK(mocked_now() - began < 5000000000);
+}
+
+static int run_client(const plug *what)
+{
+    static vxsi_link link;
+    size_t size = what->is_serial ? vxs_hardware_memory() : (vxsi_usb_memory() + 63) / 64 * 64;
+    void *memory = aligned_alloc(64, size);
+    vxs_device *device = what->is_serial ? open_serial(what, memory) : open_link(what, memory, &link);
+    use_until_gone(what->name, device, what->kind->has_force);
+    free(memory);
     return 0;
 }
 
 /* --- the device's side --- */
 
-enum { CALL_IOCTL = 1, CALL_READ = 7, DONE = 3, READ_MEMORY = 5, WRITE_MEMORY = 6, URBS = 16 };
+enum { URBS = 16 };
 
 /* The kernel's struct without its array at the end. */
 typedef struct kernel_urb {
@@ -116,57 +144,56 @@ typedef struct kernel_urb {
 _Static_assert(sizeof(kernel_urb) == sizeof(struct usbdevfs_urb), "the kernel's layout");
 
 typedef struct port {
+    const plug *what;
     emulated e;
-    char folder[128];
+    mocked tree;
     int file; /* the client's connection */
     struct {
         unsigned long address;
         kernel_urb urb;
         int is_done;
     } urbs[URBS];
-    uint32_t urb_count, claims, is_unplugged;
+    uint32_t urb_count, claims, is_unplugged, line_state;
     int64_t first_force_ns, began_ns;
+    double force; /* [N] when the plug was pulled */
 } port;
-
-static int read_all(int file, void *bytes, size_t size)
-{
-    for (size_t done = 0; done < size;) {
-        ssize_t count = read(file, (uint8_t *)bytes + done, size - done);
-        if (count <= 0) return 0;
-        done += (size_t)count;
-    }
-    return 1;
-}
-
-static int tell(int file, unsigned long command, unsigned long a, unsigned long b)
-{
-    unsigned long message[3] = {command, a, b};
-    return write(file, message, sizeof message) == (ssize_t)sizeof message;
-}
 
 static int fetch(port *p, unsigned long address, void *bytes, size_t size)
 {
-    return tell(p->file, READ_MEMORY, address, size) && read_all(p->file, bytes, size);
+    return mocked_tell(p->file, MOCKED_READ_MEMORY, address, size) && mocked_read(p->file, bytes, size);
 }
 
 static int store(port *p, unsigned long address, const void *bytes, size_t size)
 {
-    return tell(p->file, WRITE_MEMORY, address, size) && write(p->file, bytes, size) == (ssize_t)size;
+    return mocked_tell(p->file, MOCKED_WRITE_MEMORY, address, size) &&
+           write(p->file, bytes, size) == (ssize_t)size;
 }
 
 static int answer(port *p, long result, int error)
 {
-    return tell(p->file, DONE, (unsigned long)result, (unsigned long)error);
+    return mocked_tell(p->file, MOCKED_DONE, (unsigned long)result, (unsigned long)error);
 }
 
 /* Time passes for the device. */
 static void live(port *p)
 {
-    while (p->e.now_ns < now_ns(NULL)) emulated_run(&p->e, NULL);
+    while (p->e.now_ns < mocked_now()) emulated_run(&p->e, NULL);
     if (!p->first_force_ns && (emulated_force(&p->e) > 0.3 || p->e.kind == &emulated_spacemouse))
-        p->first_force_ns = now_ns(NULL);
-    if (p->first_force_ns && now_ns(NULL) - p->first_force_ns > 700000000 && p->urb_count > 0)
-        p->is_unplugged = 1;
+        p->first_force_ns = mocked_now();
+    if (p->is_unplugged || !p->first_force_ns || p->urb_count == 0) return;
+    p->force = emulated_force(&p->e);
+    p->is_unplugged = mocked_now() - p->first_force_ns > 700000000 &&
+                      (p->force > 0.3 || !p->what->kind->has_force); /* not as the machine stalls */
+}
+
+/* What a serial device is told as its tty is opened: 115200 8N1, and that somebody listens. */
+static void hear_of_line(port *p, const uint8_t *bytes, size_t size)
+{
+    static const uint8_t coding[] = {0x21, 0x20, 0, 0, 0, 0, 7, 0, 0x00, 0xC2, 0x01, 0x00, 0, 0, 8};
+    static const uint8_t listens[] = {0x21, 0x22, 3, 0, 0, 0, 0, 0};
+    int is_coding = size == sizeof coding && memcmp(bytes, coding, size) == 0;
+    CHECK(is_coding || (size == sizeof listens && memcmp(bytes, listens, size) == 0));
+    p->line_state |= is_coding ? 1 : 2;
 }
 
 static int submit(port *p, unsigned long address)
@@ -182,7 +209,9 @@ static int submit(port *p, unsigned long address)
     CHECK(urb->buffer_length <= (int)sizeof bytes);
     if (!fetch(p, (unsigned long)urb->buffer, bytes, (size_t)urb->buffer_length)) return 0;
     vxsi_wire wire = emulated_wire(&p->e);
-    if (urb->type == USBDEVFS_URB_TYPE_CONTROL)
+    if (urb->type == USBDEVFS_URB_TYPE_CONTROL && p->what->is_serial)
+        hear_of_line(p, bytes, (size_t)urb->buffer_length);
+    else if (urb->type == USBDEVFS_URB_TYPE_CONTROL)
         wire.ops->control(wire.self, bytes[1], (uint16_t)(bytes[2] | bytes[3] << 8));
     else
         wire.ops->send(wire.self, bytes, (size_t)urb->buffer_length);
@@ -283,130 +312,78 @@ static int serve_ioctl(port *p, unsigned long request, unsigned long argument)
 
 /* --- the tree that libudev looks at --- */
 
-static void put_bytes(const port *p, const char *path, const void *bytes, size_t size)
-{
-    char whole[256];
-    snprintf(whole, sizeof whole, "%s/%s", p->folder, path);
-    for (char *slash = whole + strlen(p->folder) + 1; (slash = strchr(slash, '/')); slash++) {
-        *slash = 0;
-        mkdir(whole, 0755);
-        *slash = '/';
-    }
-    FILE *file = fopen(whole, "wb");
-    CHECK(file && fwrite(bytes, 1, size, file) == size && fclose(file) == 0);
-}
-
-static void put(const port *p, const char *path, const char *text)
-{
-    put_bytes(p, path, text, strlen(text));
-}
-
-static void put_link(const port *p, const char *path, const char *target)
-{
-    char whole[256];
-    snprintf(whole, sizeof whole, "%s/%s", p->folder, path);
-    CHECK(symlink(target, whole) == 0);
-}
-
 #define DEVICE "sys/devices/pci0000:00/0000:00:14.0/usb1/1-1/"
-static void make_tree(const port *p, uint16_t vendor, uint16_t product, int is_falcon)
+enum { BULK = 2, INTERRUPT = 3 };
+
+static uint8_t *put_interface(uint8_t *at, uint8_t number, uint8_t ends, uint8_t kind)
 {
-    char text[8], endpoint = is_falcon ? 2 : 3;
-    const uint8_t descriptors[] = {18,
-                                   1,
-                                   0,
-                                   2,
-                                   0,
-                                   0,
-                                   0,
-                                   64,
-                                   (uint8_t)vendor,
-                                   (uint8_t)(vendor >> 8),
-                                   (uint8_t)product,
-                                   (uint8_t)(product >> 8),
-                                   0,
-                                   1,
-                                   0,
-                                   0,
-                                   0,
-                                   1,
-                                   9,
-                                   2,
-                                   32,
-                                   0,
-                                   1,
-                                   1,
-                                   0,
-                                   0x80,
-                                   50,
-                                   9,
-                                   4,
-                                   0,
-                                   0,
-                                   2,
-                                   0xFF,
-                                   0,
-                                   0,
-                                   0,
-                                   7,
-                                   5,
-                                   0x81,
-                                   (uint8_t)endpoint,
-                                   64,
-                                   0,
-                                   1,
-                                   7,
-                                   5,
-                                   0x02,
-                                   (uint8_t)endpoint,
-                                   64,
-                                   0,
-                                   1};
-    put(p, DEVICE "uevent",
+    const uint8_t bytes[] = {9, 4, number, 0, ends, kind, 0, 0, 0};
+    memcpy(at, bytes, sizeof bytes);
+    return at + sizeof bytes;
+}
+
+static uint8_t *put_endpoint(uint8_t *at, uint8_t address, uint8_t type)
+{
+    const uint8_t bytes[] = {7, 5, address, type, 64, 0, 1};
+    memcpy(at, bytes, sizeof bytes);
+    return at + sizeof bytes;
+}
+
+static size_t make_descriptors(const plug *what, uint8_t *bytes)
+{
+    const uint8_t device[] = {18,
+                              1,
+                              0,
+                              2,
+                              0,
+                              0,
+                              0,
+                              64,
+                              (uint8_t)what->vendor,
+                              (uint8_t)(what->vendor >> 8),
+                              (uint8_t)what->product,
+                              (uint8_t)(what->product >> 8),
+                              0,
+                              1,
+                              0,
+                              0,
+                              0,
+                              1};
+    uint8_t *config = bytes + sizeof device, *at = config + 9, type = what->is_bulk ? BULK : INTERRUPT;
+    memcpy(bytes, device, sizeof device);
+    if (what->is_serial) at = put_endpoint(put_interface(at, 0, 1, 2), 0x83, INTERRUPT);
+    at = put_interface(at, what->is_serial, 2, what->is_serial ? 0x0A : 0xFF);
+    at = put_endpoint(put_endpoint(at, 0x81, type), 0x02, type);
+    const uint8_t head[] = {9, 2, (uint8_t)(at - config), 0, (uint8_t)(1 + what->is_serial), 1, 0, 0x80, 50};
+    memcpy(config, head, sizeof head);
+    return (size_t)(at - bytes);
+}
+
+static void make_tree(const port *p)
+{
+    char text[8];
+    uint8_t descriptors[96];
+    size_t size = make_descriptors(p->what, descriptors);
+    mocked_put(
+        &p->tree, DEVICE "uevent",
         "DEVNAME=/dev/bus/usb/001/002\nDEVTYPE=usb_device\nBUSNUM=001\nDEVNUM=002\nMAJOR=189\nMINOR=1\n");
-    put(p, DEVICE "busnum", "1\n");
-    put(p, DEVICE "devnum", "2\n");
-    snprintf(text, sizeof text, "%04x\n", vendor);
-    put(p, DEVICE "idVendor", text);
-    snprintf(text, sizeof text, "%04x\n", product);
-    put(p, DEVICE "idProduct", text);
-    put(p, DEVICE "bConfigurationValue", "1\n");
-    put(p, DEVICE "speed", "12\n");
-    put(p, DEVICE "dev", "189:1\n");
-    put_bytes(p, DEVICE "descriptors", descriptors, sizeof descriptors);
-    put(p, "sys/bus/usb/devices/.keep", "");
-    put(p, "dev/bus/usb/001/002", "");
-    put(p, "dev/.node/.keep", "");
-    put(p, "ioctl/dev/bus/usb/001/.keep", "");
-    put_link(p, DEVICE "subsystem", "../../../../../bus/usb");
-    put_link(p, "sys/bus/usb/devices/1-1", "../../../devices/pci0000:00/0000:00:14.0/usb1/1-1");
-    put_link(p, "dev/.node/bus_usb_001_002", "189:1");
-}
-
-static int listen_for(const port *p)
-{
-    struct sockaddr_un where = {.sun_family = AF_UNIX};
-    size_t size =
-        (size_t)snprintf(where.sun_path, sizeof where.sun_path, "%s/ioctl/dev/bus/usb/001/002", p->folder);
-    CHECK(size < sizeof where.sun_path);
-    int listener = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    CHECK(listener >= 0 && bind(listener, (struct sockaddr *)&where, sizeof where) == 0 &&
-          listen(listener, 4) == 0);
-    fcntl(listener, F_SETFL, O_NONBLOCK);
-    return listener;
-}
-
-static pid_t spawn(const port *p, const char *name)
-{
-    pid_t child = fork();
-    if (child != 0) return child;
-    setenv("UMOCKDEV_DIR", p->folder, 1);
-    setenv("LD_PRELOAD", "libumockdev-preload.so.0", 1);
-    setenv("SYSTEMD_DEVICE_VERIFY_SYSFS", "0", 1);
-    setenv("ASAN_OPTIONS", "verify_asan_link_order=0", 1);
-    prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);
-    execl("/proc/self/exe", "test_usb", name, (char *)NULL);
-    _exit(127);
+    mocked_put(&p->tree, DEVICE "busnum", "1\n");
+    mocked_put(&p->tree, DEVICE "devnum", "2\n");
+    snprintf(text, sizeof text, "%04x\n", p->what->vendor);
+    mocked_put(&p->tree, DEVICE "idVendor", text);
+    snprintf(text, sizeof text, "%04x\n", p->what->product);
+    mocked_put(&p->tree, DEVICE "idProduct", text);
+    mocked_put(&p->tree, DEVICE "bConfigurationValue", "1\n");
+    mocked_put(&p->tree, DEVICE "speed", "12\n");
+    mocked_put(&p->tree, DEVICE "dev", "189:1\n");
+    mocked_put_bytes(&p->tree, DEVICE "descriptors", descriptors, size);
+    mocked_put(&p->tree, "sys/bus/usb/devices/.keep", "");
+    mocked_put(&p->tree, "dev/bus/usb/001/002", "");
+    mocked_put(&p->tree, "dev/.node/.keep", "");
+    mocked_put(&p->tree, "ioctl/dev/bus/usb/001/.keep", "");
+    mocked_put_link(&p->tree, DEVICE "subsystem", "../../../../../bus/usb");
+    mocked_put_link(&p->tree, "sys/bus/usb/devices/1-1", "../../../devices/pci0000:00/0000:00:14.0/usb1/1-1");
+    mocked_put_link(&p->tree, "dev/.node/bus_usb_001_002", "189:1");
 }
 
 static void serve(port *p, int listener, pid_t child)
@@ -418,9 +395,9 @@ static void serve(port *p, int listener, pid_t child)
         if (p->file < 0) p->file = accept4(listener, NULL, NULL, SOCK_CLOEXEC);
         if (p->file < 0) {
             if (waitpid(child, &status, WNOHANG) == child) break;
-            CHECK(now_ns(NULL) - p->began_ns < 60000000000);
-            pause_ms(1);
-        } else if (!read_all(p->file, call, sizeof call) || call[0] != CALL_IOCTL ||
+            CHECK(mocked_now() - p->began_ns < 60000000000);
+            mocked_pause(1);
+        } else if (!mocked_read(p->file, call, sizeof call) || call[0] != MOCKED_IOCTL ||
                    !serve_ioctl(p, call[1], call[2])) {
             close(p->file);
             p->file = -1;
@@ -431,32 +408,30 @@ static void serve(port *p, int listener, pid_t child)
     CHECK_INT(WEXITSTATUS(status), 0);
 }
 
-static void plug_and_pull(const char *name)
+static void plug_and_pull(const plug *what)
 {
     static port p;
-    char command[256];
-    int is_falcon = strcmp(name, "falcon") == 0;
     memset(&p, 0, sizeof p);
-    emulated_init(&p.e, is_falcon ? &emulated_falcon : &emulated_spacemouse);
+    p.what = what;
+    emulated_init(&p.e, what->kind);
     p.e.axes.axis[0] = 350;
-    p.e.now_ns = p.began_ns = now_ns(NULL);
-    strcpy(p.folder, "/tmp/vxs_usb_XXXXXX");
-    CHECK(mkdtemp(p.folder));
-    make_tree(&p, is_falcon ? 0x0403 : 0x256F, is_falcon ? 0xCB48 : 0xC635, is_falcon);
-    int listener = listen_for(&p);
-    serve(&p, listener, spawn(&p, name));
+    p.e.now_ns = p.began_ns = mocked_now();
+    mocked_begin(&p.tree);
+    make_tree(&p);
+    int listener = mocked_listen(&p.tree, "/dev/bus/usb/001/002");
+    serve(&p, listener, mocked_run(&p.tree, what->name, getuid()));
     close(listener);
-    snprintf(command, sizeof command, "rm -r '%s'", p.folder);
-    CHECK(system(command) == 0);
-    if (is_falcon) CHECK(emulated_force(&p.e) > 0.3); /* it was pushing when the plug was pulled */
+    mocked_end(&p.tree);
+    if (what->kind->has_force) CHECK(p.force > 0.3); /* it pushed when the plug was pulled */
+    if (what->is_serial) CHECK_INT(p.line_state, 3);
 }
 
 int main(int count, char **arguments)
 {
-    if (count > 1) return run_client(arguments[1]);
+    for (int n = 0; n < PLUGS && count > 1; n++)
+        if (strcmp(arguments[1], plugs[n].name) == 0) return run_client(&plugs[n]);
     signal(SIGPIPE, SIG_IGN);
-    if (system("LD_PRELOAD=libumockdev-preload.so.0 true 2>&1 | grep -q preload") == 0) SKIP("no umockdev");
-    plug_and_pull("falcon");
-    plug_and_pull("mouse");
+    if (!mocked_is_here()) SKIP("no umockdev");
+    for (int n = 0; n < PLUGS; n++) plug_and_pull(&plugs[n]);
     return 0;
 }

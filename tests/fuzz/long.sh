@@ -10,6 +10,11 @@ source=$(cd "$(dirname "$0")/../.." && pwd)
 folder=${4:-$source/build/fuzz/$name}
 clang=$(command -v clang-14 || command -v clang || true)
 [ -n "$clang" ] || { echo "no clang here" >&2; exit 77; }
+case $name in
+falcon_kinematics) most=30 ;; # all that it reads
+replay) most=1024 ;;          # three rows of a recording
+*) most=512 ;;
+esac
 mkdir -p "$folder/corpus" "$folder/least"
 cd "$source"
 files=
@@ -22,6 +27,6 @@ flags="-std=c11 -O2 -g -ffp-contract=off -fno-sanitize-recover=all -Iruntime/src
 # shellcheck disable=SC2086
 "$clang" $flags -fsanitize=fuzzer,address,undefined "tests/fuzz/fuzz_$name.c" $files -lm -o "$folder/fuzz"
 "$folder/seeds" seeds "$folder/corpus"
-"$folder/fuzz" "$folder/corpus" -runs="$executions" -max_total_time="$seconds" -max_len=512 -timeout=60 \
+"$folder/fuzz" "$folder/corpus" -runs="$executions" -max_total_time="$seconds" -max_len="$most" -timeout=60 \
     -artifact_prefix="$folder/finding-" -verbosity=0 -print_final_stats=1
-"$folder/fuzz" -merge=1 "$folder/least" "$folder/corpus" -max_len=512 -verbosity=0
+"$folder/fuzz" -merge=1 "$folder/least" "$folder/corpus" -max_len="$most" -verbosity=0

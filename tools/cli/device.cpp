@@ -223,7 +223,7 @@ ExitCode run(const DeviceOptions &o)
 
 DeviceSettings settings_of(const DeviceOptions &o)
 {
-    return {o.device, o.rate, o.firmware, o.in_place, o.units_per_nm, o.torque_gain};
+    return {o.device, o.rate, o.hardware};
 }
 
 VerbAction add_device(CLI::App &verb)
@@ -239,7 +239,8 @@ VerbAction add_device(CLI::App &verb)
         ->check(CLI::IsMember({"list", "doctor", "test", "calibrate", "watch"}));
     verb.add_option(
         "DEVICE", o->device,
-        "for test: sim:NAME, replay:FILE, hvlink:/dev/ttyACM0, haply:/dev/ttyACM0, spacemouse, falcon; for "
+        "for test: sim:NAME, replay:FILE, hvlink:/dev/ttyACM0 (or hvlink:VVVV:PPPP over libusb), haply the "
+        "same, spacemouse, falcon; for "
         "calibrate hardware with motors; for watch the file of `simulate --realtime --live FILE`");
     verb.add_option("--seconds", o->seconds, "doctor, test and watch: how long (default 5; 0.01 to 600)")
         ->check(CLI::Range(0.01, 600.0))
@@ -248,7 +249,7 @@ VerbAction add_device(CLI::App &verb)
                     "doctor, test and calibrate: of the loop (default 1000 Hz; 100 to 10000)")
         ->check(CLI::Range(100.0, 10000.0))
         ->type_name("HZ");
-    add_hardware_options(verb, *o);
+    add_hardware_options(verb, o->hardware);
     verb.add_option("--mass", o->mass, "calibrate: what is hung on it, as 100g")->type_name("MASS");
     verb.add_option("--down", o->down, "calibrate: where weight pulls, in the device's frame (default -y)")
         ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}));

@@ -12,11 +12,11 @@
 namespace voxshell {
 
 struct DeviceOptions : SharedOptions {
-    std::string action, device, firmware, histogram, mass, down = "-y"; ///< mass and down: calibrate
+    std::string action, device, histogram, mass, down = "-y"; ///< mass and down: calibrate
     std::vector<std::string> plots;
-    double seconds = 5, rate = 1000, units_per_nm = 0, torque_gain = 0;
+    double seconds = 5, rate = 1000;
     double period = 2; ///< calibrate [s]
-    bool in_place = false;
+    HardwareSettings hardware;
 };
 
 DeviceSettings settings_of(const DeviceOptions &options);

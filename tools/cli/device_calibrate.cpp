@@ -56,8 +56,8 @@ std::string option_of(const DeviceOptions &o, double scale)
 {
     vxs_hardware_config config;
     vxs_hardware_config_default(&config);
-    const double units = o.units_per_nm > 0 ? o.units_per_nm : config.units_per_nm;
-    const double gain = o.torque_gain > 0 ? o.torque_gain : config.torque_gain;
+    const double units = o.hardware.units_per_nm > 0 ? o.hardware.units_per_nm : config.units_per_nm;
+    const double gain = o.hardware.torque_gain > 0 ? o.hardware.torque_gain : config.torque_gain;
     if (o.device.starts_with("falcon")) return fmt::format("--units-per-nm {:.0f}", units * scale);
     if (o.device.starts_with("haply")) return fmt::format("--torque-gain {:.4g}", gain * scale);
     return "";

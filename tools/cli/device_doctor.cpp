@@ -116,8 +116,11 @@ Finding autosuspend(const fs::path &root, const Candidate &candidate)
 
 } // namespace
 
-std::string udev_rule(unsigned vendor, unsigned product)
+std::string udev_rule(std::uint32_t wire, unsigned vendor, unsigned product)
 {
+    if (wire == VXS_HARDWARE_HIDRAW) // by the name of its HID device, which it has on Bluetooth, too
+        return fmt::format(R"(SUBSYSTEM=="hidraw", KERNELS=="*:{:04X}:{:04X}.*", TAG+="uaccess")", vendor,
+                           product);
     return fmt::format(
         R"(SUBSYSTEM=="usb", ATTR{{idVendor}}=="{:04x}", ATTR{{idProduct}}=="{:04x}", TAG+="uaccess")",
         vendor, product);
@@ -130,18 +133,17 @@ std::vector<Candidate> find_candidates(const fs::path &root)
     vxs_hardware_found found[most];
     const std::uint32_t here = std::min(vxs_hardware_probe(found, most), most);
     for (const vxs_hardware_found *f = found; f < found + here; ++f) {
-        Candidate c{
-            f->kind->name,
-            fmt::format("USB {:04x}:{:04x}, bus {}, device {}", f->vendor, f->product, f->bus, f->number),
-            fmt::format("/dev/bus/usb/{:03}/{:03}", f->bus, f->number),
-            f->usable == VXS_OK && f->kind->is_built, ""};
+        Candidate c{f->kind->name,
+                    fmt::format("{} {:04x}:{:04x} at {}", f->wire == VXS_HARDWARE_HIDRAW ? "hidraw" : "USB",
+                                f->vendor, f->product, f->node),
+                    f->node, f->usable == VXS_OK && f->kind->is_built, ""};
         if (!f->kind->is_built)
             c.why_not = f->kind->lacks_text;
         else if (f->usable == VXS_ACCESS)
             c.why_not = fmt::format("no permission; write {} to /etc/udev/rules.d/70-voxshell.rules, then "
                                     "`udevadm control --reload && "
                                     "udevadm trigger`, and plug it in again",
-                                    udev_rule(f->vendor, f->product));
+                                    udev_rule(f->wire, f->vendor, f->product));
         else if (f->usable != VXS_OK)
             c.why_not = vxs_result_text(f->usable);
         out.push_back(c);
@@ -183,7 +185,9 @@ std::vector<Finding> examine(const std::vector<Candidate> &candidates, const fs:
         if (!fs::exists(root / socket)) continue;
         out.push_back(
             {"spacenavd", Verdict::notice,
-             fmt::format("/{} is there: it and voxshell cannot have a six-axis mouse at once", socket),
+             fmt::format("/{} is there: by its hidraw node a six-axis mouse speaks to both it and voxshell; "
+                         "over libusb only one can have it",
+                         socket),
              "systemctl stop spacenavd"});
         break;
     }

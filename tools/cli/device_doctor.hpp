@@ -2,6 +2,7 @@
 // What stands between this machine and a device: permissions, who holds it, power saving, limits, the kernel.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -17,7 +18,7 @@ struct Finding {
 /// A device on a wire that might be ours.
 struct Candidate {
     std::string kind;  ///< of hardware.h; of a tty any that speaks over one
-    std::string where; ///< "USB 256f:c635, bus 1, device 2", "/dev/ttyACM0"
+    std::string where; ///< "USB 256f:c635 at /dev/bus/usb/001/002", "/dev/ttyACM0"
     std::string node;  ///< in /dev
     bool is_usable = false;
     std::string why_not; ///< and the fix
@@ -27,8 +28,8 @@ struct Candidate {
 std::vector<Candidate> find_candidates(const std::filesystem::path &root);
 std::vector<Finding> examine(const std::vector<Candidate> &candidates, const std::filesystem::path &root);
 
-/// The line for /etc/udev/rules.d/70-voxshell.rules that lets whoever sits at the machine use a device on
-/// USB.
-std::string udev_rule(unsigned vendor, unsigned product);
+/// The line for /etc/udev/rules.d/70-voxshell.rules that lets whoever sits at the machine use a device, by its
+/// hidraw node or on USB (hardware.h).
+std::string udev_rule(std::uint32_t wire, unsigned vendor, unsigned product);
 
 } // namespace voxshell

@@ -31,11 +31,11 @@ namespace fs = std::filesystem;
 using json = nlohmann::ordered_json;
 
 struct SimulateOptions : SharedOptions {
-    std::string scene, assets, device, trace, recording, live, firmware;
+    std::string scene, assets, device, trace, recording, live;
     std::vector<std::string> plots;
     double seconds = 0; ///< 0: to the end of the hand's path, or of what is replayed
-    double units_per_nm = 0, torque_gain = 0;
-    bool realtime = false, explain = false, in_place = false;
+    HardwareSettings hardware;
+    bool realtime = false, explain = false;
 };
 
 /// Not of a device of the plan's own kind: what it is run on beside.
@@ -266,7 +266,7 @@ void plan_scene(const SimulateOptions &o, Progress &progress, Given &given)
 /// Opened before anything is armed; hardware says how it is, and runs at the wall clock's rate or not at all.
 void open_another(const SimulateOptions &o, double rate, std::optional<OpenDevice> &device)
 {
-    device.emplace(DeviceSettings{o.device, rate, o.firmware, o.in_place, o.units_per_nm, o.torque_gain});
+    device.emplace(DeviceSettings{o.device, rate, o.hardware});
     if (device->is_hardware() && !o.realtime)
         throw Failure(ExitCode::usage, o.device, "hardware runs at the wall clock's rate: say --realtime");
     device->wait_until_ready();
@@ -394,7 +394,7 @@ VerbAction add_simulate(CLI::App &verb)
                     "with --realtime: shows the newest tick to other processes, as `voxshell device watch "
                     "FILE` (live.h)")
         ->type_name("FILE");
-    add_hardware_options(verb, *o);
+    add_hardware_options(verb, o->hardware);
     verb.add_option("--plot", o->plots,
                     "collision force (thin) and output force (thick) over time, by gnuplot; may be repeated")
         ->type_name("FILE.svg|.png")

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <iterator>
@@ -108,16 +109,20 @@ vxs_result OpenDevice::open_hardware(const std::string &kind, const std::string 
     if (!hardware)
         throw Failure(ExitCode::usage, name, "no such kind of device; `voxshell device list` has them");
     if (!hardware->is_built) throw Failure(ExitCode::unsupported, name, hardware->lacks_text);
-    if (hardware->wire == VXS_HARDWARE_TTY && address.empty())
-        throw Failure(ExitCode::usage, name, fmt::format("say where: {}:/dev/ttyACM0", kind));
+    if ((hardware->wires & VXS_HARDWARE_TTY) != 0 && address.empty())
+        throw Failure(ExitCode::usage, name,
+                      fmt::format("say where: {0}:/dev/ttyACM0, or {0}:VVVV:PPPP over libusb", kind));
     vxs_hardware_config config;
     vxs_hardware_config_default(&config);
     config.address = address.empty() ? nullptr : address.c_str();
-    config.firmware = settings_.firmware.empty() ? nullptr : settings_.firmware.c_str();
     config.rate_hz = settings_.rate;
-    config.is_in_place = settings_.is_in_place;
-    if (settings_.units_per_nm > 0) config.units_per_nm = settings_.units_per_nm;
-    if (settings_.torque_gain > 0) config.torque_gain = settings_.torque_gain;
+    const HardwareSettings &h = settings_.hardware;
+    config.firmware = h.firmware.empty() ? nullptr : h.firmware.c_str();
+    config.is_in_place = h.is_in_place;
+    if (h.haply_setup != 0) config.haply_setup = h.haply_setup;
+    if (!h.haply_links.empty()) std::ranges::copy(h.haply_links, config.haply_links);
+    if (h.units_per_nm > 0) config.units_per_nm = h.units_per_nm;
+    if (h.torque_gain > 0) config.torque_gain = h.torque_gain;
     memory_.emplace(vxs_hardware_memory());
     is_hardware_ = true;
     return vxs_hardware_open(memory_->get(), memory_->size(), hardware, &config, &device_);

@@ -13,13 +13,20 @@
 
 namespace voxshell {
 
+/// What hardware wants to know besides its name (hardware.h); 0 and empty: as by default.
+struct HardwareSettings {
+    std::string firmware;                     ///< falcon: a file of the user's
+    bool is_in_place = false;                 ///< haply: it stands in its starting pose
+    std::uint32_t haply_setup = 0;            ///< 2 or 3
+    std::vector<double> haply_links;          ///< [m] three
+    double units_per_nm = 0, torque_gain = 0; ///< falcon, haply: of the motors
+};
+
 struct DeviceSettings {
     std::string name;
     double rate =
         1000; ///< [Hz], of hardware's packets and of a replay's samples; a simulated device has its own
-    std::string firmware;                     ///< falcon: a file of the user's
-    bool is_in_place = false;                 ///< haply: it stands in its starting pose
-    double units_per_nm = 0, torque_gain = 0; ///< falcon, haply: of the motors (hardware.h); 0: as by default
+    HardwareSettings hardware;
 };
 
 /// For as long as this lives: letting go is its end, however it comes.

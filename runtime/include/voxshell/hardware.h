@@ -28,12 +28,13 @@
 extern "C" {
 #endif
 
-/* How a device hangs on its host, and what came of looking for it. View: static strings. */
-enum { VXS_HARDWARE_TTY = 0, VXS_HARDWARE_USB = 1 };
+/* How a device may hang on its host, or-ed. Without another word of the user's hidraw comes first, then
+ * libusb. View: static strings. */
+enum { VXS_HARDWARE_TTY = 1, VXS_HARDWARE_USB = 2, VXS_HARDWARE_HIDRAW = 4 };
 typedef struct vxs_hardware_kind {
     const char *name;    /* "falcon", "haply", "hvlink", "spacemouse" */
     const char *summary; /* for people */
-    uint32_t wire;       /* VXS_HARDWARE_TTY ... */
+    uint32_t wires;      /* that this build has: VXS_HARDWARE_TTY ... */
     uint32_t is_built;   /* 0: this build lacks it, lacks_text says what for */
     const char *lacks_text;
 } vxs_hardware_kind;
@@ -42,16 +43,19 @@ typedef struct vxs_hardware_kind {
 VXS_API const vxs_hardware_kind *vxs_hardware_kind_at(uint32_t index);
 VXS_API const vxs_hardware_kind *vxs_hardware_kind_named(const char *name);
 
-/* A device on USB. */
+/* A device that is here, and a way to it. */
 typedef struct vxs_hardware_found {
     const vxs_hardware_kind *kind;
     uint16_t vendor, product;
-    uint32_t bus, number; /* /dev/bus/usb/BUS/NUMBER, three digits each */
-    vxs_result usable;    /* VXS_OK; VXS_ACCESS: no permission; VXS_BUSY: another program holds it */
+    uint32_t wire;     /* VXS_HARDWARE_HIDRAW or VXS_HARDWARE_USB */
+    vxs_result usable; /* VXS_OK; VXS_ACCESS: no permission; VXS_BUSY: another program holds it */
+    char node[32];     /* "/dev/hidraw0", "/dev/bus/usb/001/002" */
 } vxs_hardware_found;
 
-/* Looks on USB for devices that a kind knows; returns how many there are (also beyond `most`). 0 in a build
- * without libusb. Opens and closes each for a moment, to tell whether it could. Thread: any, set-up. */
+/* Looks for devices that a kind knows by its VID:PID; returns how many ways to one there are (also beyond
+ * `most`): each hidraw node, and each device on USB (in a build with libusb) that no hidraw node leads to. A
+ * serial device's VID:PID is its builder's affair: none is known. Opens and closes each for a moment, to tell
+ * whether it could. Thread: any, set-up. */
 VXS_API uint32_t vxs_hardware_probe(vxs_hardware_found *found, uint32_t most);
 
 /* Config. */
@@ -59,14 +63,19 @@ typedef struct vxs_hardware_config {
     uint32_t struct_size;
     uint32_t is_in_place; /* not 0: the user has put a device that cannot find its zero itself (haply) into
                              its starting pose; without it the device is UNCALIBRATED and will not be armed */
-    const char *address;  /* a tty's path; USB: NULL (the first that the kind knows), or "VVVV:PPPP" in hex */
+    const char *address;  /* a path, of a tty or a hidraw node; or "VVVV:PPPP" in hex: that device, by hidraw
+                             or libusb (a serial device takes its tty's place); NULL: the first that the kind
+                             knows */
     const char *firmware; /* falcon: a file of the user's; none is shipped. NULL: only a device that has it */
     double units_per_nm;  /* falcon: motor units a N m, > 0; default 2300, the weak end of what is reported */
-    double torque_gain;   /* haply: what is sent a N m, > 0; default 1: not calibrated */
-    double rate_hz;       /* packets to the device, 100 .. 10000; default 1000 */
-    double max_speed;     /* [m/s] a jump faster than that is none of a hand's: FAULT; default 20 */
-    double linear_speed;  /* spacemouse [m/s] at full deflection; default 0.1 */
-    double angular_speed; /* spacemouse [rad/s]; default 1 */
+    uint32_t haply_setup; /* haply: which board's motors and encoders, 2 or 3; default 2 */
+    double haply_links[3]; /* haply [m]: the links at the motors, those at the tip, the motors' distance;
+                              default 0.05, 0.07, 0.02 */
+    double torque_gain;    /* haply: what is sent a N m, > 0; default 1: not calibrated */
+    double rate_hz;        /* packets to the device, 100 .. 10000; default 1000 */
+    double max_speed;      /* [m/s] a jump faster than that is none of a hand's: FAULT; default 20 */
+    double linear_speed;   /* spacemouse [m/s] at full deflection; default 0.1 */
+    double angular_speed;  /* spacemouse [rad/s]; default 1 */
 } vxs_hardware_config;
 
 /* Fills a config with the defaults that its members name. Thread: any, rt-safe. */

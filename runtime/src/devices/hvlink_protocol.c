@@ -79,8 +79,10 @@ size_t vxs_hvlink_encode(const vxs_hvlink_frame *frame, uint8_t *bytes, size_t m
     return HEAD + size + TAIL;
 }
 
+/* Nothing to drop is the rule, at each byte that arrives. */
 static void drop(vxs_hvlink_stream *stream, uint32_t count)
 {
+    if (count == 0) return;
     stream->count = (uint16_t)(stream->count - count);
     for (uint32_t n = 0; n < stream->count; n++) stream->bytes[n] = stream->bytes[n + count];
 }

@@ -80,11 +80,13 @@ vxs_result vxsi_link_ask(vxsi_link *link, const uint8_t *bytes, size_t size,
                          int (*done)(vxsi_link *link, const uint8_t *bytes, size_t size), int64_t wait_ns)
 {
     uint8_t got[VXSI_WIRE_MOST];
-    if (size > 0) {
-        vxs_result result = link->wire.ops->send(link->wire.self, bytes, size);
-        if (result != VXS_OK) return result;
-    }
     int64_t end = link->now(link->user) + wait_ns;
+    vxs_result result = size > 0 ? link->wire.ops->send(link->wire.self, bytes, size) : VXS_OK;
+    while (result == VXS_BUSY && link->now(link->user) < end) { /* what was said before is still on its way */
+        int32_t count = link->wire.ops->receive(link->wire.self, got, sizeof got, 1000000);
+        result = count < 0 ? (vxs_result)count : link->wire.ops->send(link->wire.self, bytes, size);
+    }
+    if (result != VXS_OK) return result;
     for (int64_t left = wait_ns; left > 0; left = end - link->now(link->user)) {
         int32_t count =
             link->wire.ops->receive(link->wire.self, got, sizeof got, left < 5000000 ? left : 5000000);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * A wire that is two endpoints of a USB device, by libusb. All transfers are made at opening; one thread, the
+ * A wire that is two endpoints of a USB device, by libusb; of a serial one (CDC-ACM) those that its descriptors
+ * name, in place of the kernel's tty. All transfers are made at opening; one thread, the
  * one that calls send and receive, handles events, and the callbacks only note what is done.
  */
 #include "wire.h"
@@ -9,12 +10,14 @@
 #include <string.h>
 #include <time.h>
 
-enum { READS = 4, PACKET = 64, CONTROL_MS = 1000, CLOSE_TURNS = 40, CLOSE_TURN_MS = 5, VENDOR_OUT = 0x40 };
+enum { READS = 4, PACKET = 512, FULL_SPEED = 64, CONTROL_MS = 1000, CLOSE_TURNS = 40, CLOSE_TURN_MS = 5 };
+enum { VENDOR_OUT = 0x40, CLASS_OUT = 0x21, SET_LINE_CODING = 0x20, SET_LINE_STATE = 0x22, DTR_AND_RTS = 3 };
+enum { NO_INTERFACE = -1 };
 
 struct vxsi_usb {
     libusb_context *context;
     libusb_device_handle *handle;
-    int interface;
+    int interface, line; /* line: a serial device's other interface, that it is told of the line by */
     struct libusb_transfer *write, *reads[READS];
     uint8_t written[VXSI_WIRE_MOST], read[READS][PACKET];
     uint8_t done[READS]; /* numbers of reads that have ended, oldest first */
@@ -134,6 +137,7 @@ static void close_usb(void *self)
     int is_idle = usb->reading == 0 && !usb->is_writing;
     if (usb->handle) {
         libusb_release_interface(usb->handle, usb->interface);
+        if (usb->line != NO_INTERFACE) libusb_release_interface(usb->handle, usb->line);
         if (is_idle) libusb_close(usb->handle);
     }
     if (!is_idle) return;
@@ -163,7 +167,66 @@ static int open_matching(vxsi_usb *usb, const vxsi_usb_match *match)
     return result;
 }
 
-static int prepare(vxsi_usb *usb, const vxsi_usb_match *match)
+/* The interface with data in both directions, and the one before it that tells of the line. */
+static int find_serial(vxsi_usb *usb, vxsi_usb_match *match, int *packet)
+{
+    struct libusb_config_descriptor *config;
+    int result = libusb_get_active_config_descriptor(libusb_get_device(usb->handle), &config);
+    if (result != LIBUSB_SUCCESS) return result;
+    match->in = match->out = 0;
+    for (int n = 0; n < config->bNumInterfaces && !(match->in && match->out); n++) {
+        const struct libusb_interface_descriptor *about = config->interface[n].altsetting;
+        if (config->interface[n].num_altsetting < 1) continue;
+        if (about->bInterfaceClass == LIBUSB_CLASS_COMM) usb->line = about->bInterfaceNumber;
+        if (about->bInterfaceClass != LIBUSB_CLASS_DATA) continue;
+        usb->interface = about->bInterfaceNumber;
+        match->in = match->out = 0;
+        for (int e = 0; e < about->bNumEndpoints; e++) {
+            const struct libusb_endpoint_descriptor *end = &about->endpoint[e];
+            if ((end->bmAttributes & LIBUSB_TRANSFER_TYPE_MASK) != LIBUSB_TRANSFER_TYPE_BULK) continue;
+            if (end->bEndpointAddress & LIBUSB_ENDPOINT_IN) {
+                match->in = end->bEndpointAddress;
+                *packet = end->wMaxPacketSize < PACKET ? end->wMaxPacketSize : PACKET;
+            } else {
+                match->out = end->bEndpointAddress;
+            }
+        }
+    }
+    libusb_free_config_descriptor(config);
+    return match->in && match->out && *packet > 0 ? LIBUSB_SUCCESS : LIBUSB_ERROR_NOT_FOUND;
+}
+
+/* As opening a tty does: 115200 8N1, which such a device need not care for, and that somebody listens, which
+ * many wait for. A device that knows neither request is as good. */
+static int tell_line(vxsi_usb *usb)
+{
+    uint8_t coding[7] = {0x00, 0xC2, 0x01, 0x00, 0, 0, 8};
+    const struct {
+        uint8_t request;
+        uint16_t value;
+        uint8_t *bytes, size;
+    } steps[] = {{SET_LINE_CODING, 0, coding, sizeof coding}, {SET_LINE_STATE, DTR_AND_RTS, NULL, 0}};
+    for (int n = 0; n < 2 && usb->line != NO_INTERFACE; n++) {
+        int result = libusb_control_transfer(usb->handle, CLASS_OUT, steps[n].request, steps[n].value,
+                                             (uint16_t)usb->line, steps[n].bytes, steps[n].size, CONTROL_MS);
+        if (result < 0 && result != LIBUSB_ERROR_PIPE) return result;
+    }
+    return LIBUSB_SUCCESS;
+}
+
+static int claim(vxsi_usb *usb, vxsi_usb_match *match, int *packet)
+{
+    *packet = FULL_SPEED;
+    usb->interface = match->interface;
+    libusb_set_auto_detach_kernel_driver(usb->handle, 1);
+    int result = match->is_serial ? find_serial(usb, match, packet) : LIBUSB_SUCCESS;
+    if (result == LIBUSB_SUCCESS && usb->line != NO_INTERFACE)
+        result = libusb_claim_interface(usb->handle, usb->line);
+    if (result == LIBUSB_SUCCESS) result = libusb_claim_interface(usb->handle, usb->interface);
+    return result == LIBUSB_SUCCESS ? tell_line(usb) : result;
+}
+
+static int prepare(vxsi_usb *usb, const vxsi_usb_match *match, int packet)
 {
     unsigned char type = match->is_interrupt ? LIBUSB_TRANSFER_TYPE_INTERRUPT : LIBUSB_TRANSFER_TYPE_BULK;
     if (match->out) {
@@ -175,7 +238,7 @@ static int prepare(vxsi_usb *usb, const vxsi_usb_match *match)
     for (int n = 0; n < READS; n++) {
         usb->reads[n] = libusb_alloc_transfer(0);
         if (!usb->reads[n]) return LIBUSB_ERROR_NO_MEM;
-        libusb_fill_bulk_transfer(usb->reads[n], usb->handle, match->in, usb->read[n], PACKET, on_read, usb,
+        libusb_fill_bulk_transfer(usb->reads[n], usb->handle, match->in, usb->read[n], packet, on_read, usb,
                                   0);
         usb->reads[n]->type = type;
     }
@@ -185,16 +248,15 @@ static int prepare(vxsi_usb *usb, const vxsi_usb_match *match)
 
 vxs_result vxsi_usb_open(vxsi_usb *usb, const vxsi_usb_match *match, vxsi_wire *wire)
 {
+    vxsi_usb_match found = *match;
+    int packet;
     memset(usb, 0, sizeof *usb);
-    usb->interface = match->interface;
+    usb->line = NO_INTERFACE;
     int result = libusb_init(&usb->context);
     if (result != LIBUSB_SUCCESS) return result_of(result);
     result = open_matching(usb, match);
-    if (result == LIBUSB_SUCCESS) {
-        libusb_set_auto_detach_kernel_driver(usb->handle, 1);
-        result = libusb_claim_interface(usb->handle, match->interface);
-        if (result == LIBUSB_SUCCESS) result = prepare(usb, match);
-    }
+    if (result == LIBUSB_SUCCESS) result = claim(usb, &found, &packet);
+    if (result == LIBUSB_SUCCESS) result = prepare(usb, &found, packet);
     if (result != LIBUSB_SUCCESS) {
         close_usb(usb);
         return result_of(result);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * wire.h - private: what carries bytes to a device: a tty, USB, or a test's emulated device.
+ * wire.h - private: what carries bytes to a device: a tty, a hidraw node, USB, or a test's emulated
+ * device.
  */
 #ifndef VXSI_WIRE_H
 #define VXSI_WIRE_H
@@ -33,12 +34,29 @@ typedef struct vxsi_tty {
 } vxsi_tty;
 vxs_result vxsi_tty_open(vxsi_tty *tty, const char *path, vxsi_wire *wire);
 
-/* USB: an interface, its IN endpoint and its OUT endpoint (0: none). Memory for vxsi_usb_open() is a
- * vxsi_usb. */
+/* A HID device's reports as the kernel has them, one a read; the kernel's own driver keeps the device, and
+ * other programs may read it, too. Results as of vxsi_tty_open(). */
+typedef struct vxsi_hidraw {
+    int file;
+} vxsi_hidraw;
+vxs_result vxsi_hidraw_open(vxsi_hidraw *hidraw, const char *path, vxsi_wire *wire);
+
+/* Nodes of devices that is_known(), with what came of opening each. Returns how many. */
+typedef struct vxsi_hidraw_seen {
+    uint16_t vendor, product;
+    char path[32]; /* "/dev/hidraw0" */
+    vxs_result usable;
+} vxsi_hidraw_seen;
+uint32_t vxsi_hidraw_list(int (*is_known)(uint16_t vendor, uint16_t product), vxsi_hidraw_seen *seen,
+                          uint32_t most);
+
+/* USB: an interface, its IN endpoint and its OUT endpoint (0: none); or with is_serial a CDC-ACM device, whose
+ * descriptors say which. Memory for vxsi_usb_open() is a vxsi_usb. */
 typedef struct vxsi_usb_match {
     uint16_t vendor, product;
     uint8_t interface, in, out;
     uint8_t is_interrupt; /* else bulk */
+    uint8_t is_serial;
 } vxsi_usb_match;
 typedef struct vxsi_usb vxsi_usb;
 size_t vxsi_usb_memory(void);
