@@ -2,8 +2,11 @@
 """voxshell device: what it says of kinds, limits and the loop; a device at the end of a pseudo-terminal; exit codes."""
 import json
 import os
+import pathlib
 import signal
+import socket
 import subprocess
+import tempfile
 import time
 import unittest
 
@@ -61,9 +64,37 @@ class Device(command.CommandTest):
             run.communicate(timeout=10)
             self.assertEqual(run.returncode, 130)
 
+    def test_locked_mouse(self):
+        """A six-axis mouse in a tree that umockdev shows as /sys and /dev: found; nobody may read its node, and is told which rule to write."""
+        preload = 'libumockdev-preload.so.0'
+        probe = subprocess.run(['true'], env={'LD_PRELOAD': preload}, capture_output=True, text=True)
+        if os.getuid() != 0 or preload in probe.stderr:
+            self.skipTest('needs root and umockdev')
+        with tempfile.TemporaryDirectory() as name, socket.socket(socket.AF_UNIX) as calls:
+            tree = pathlib.Path(name)
+            tree.chmod(0o755)
+            for path, text in [('sys/class/hidraw/hidraw0/device/uevent', 'HID_ID=0003:0000256F:0000C635\n'), ('dev/hidraw0', ''), ('ioctl/dev/.keep', '')]:
+                (tree / path).parent.mkdir(parents=True, exist_ok=True)
+                (tree / path).write_text(text)
+            (tree / 'dev/hidraw0').chmod(0o600)
+            calls.bind(str(tree / 'ioctl/dev/hidraw0'))
+            calls.listen(32)
+            (tree / 'ioctl/dev/hidraw0').chmod(0o666)
+            for user, usable in [(0, True), (65534, False)]:
+                done = subprocess.run([command.BIN, 'device', 'list', '--format', 'json'], user=user, cwd='/', capture_output=True, text=True,
+                                      env={**os.environ, 'UMOCKDEV_DIR': str(tree), 'LD_PRELOAD': preload, 'ASAN_OPTIONS': 'verify_asan_link_order=0'})
+                self.assertEqual(done.returncode, 0, done.stderr)
+                mouse = [d for d in json.loads(done.stdout)['devices'] if d['kind'] == 'spacemouse']
+                self.assertEqual([(d['node'], d['where'], d['usable']) for d in mouse], [('/dev/hidraw0', 'hidraw 256f:c635 at /dev/hidraw0', usable)])
+                rule = 'write SUBSYSTEM=="hidraw", KERNELS=="*:256F:C635.*", TAG+="uaccess" to /etc/udev/rules.d/70-voxshell.rules'
+                self.assertEqual(rule in mouse[0]['why_not'], not usable)
+
     def test_refusals(self):
         for arguments, code, says in [(['test'], 1, 'say which'), (['test', 'sim:toaster'], 1, "no device 'sim:toaster'; there are sim:touch"), (['test', 'toaster'], 1, 'no such kind'),
-                                      (['test', 'hvlink'], 1, 'say where'), (['test', 'hvlink:/dev/there-is-none'], 2, 'no such device'),
+                                      (['test', 'hvlink'], 1, 'say where'), (['test', 'haply'], 1, 'haply:VVVV:PPPP over libusb'),
+                                      (['test', 'haply:1234:5678'], 2, 'no such device'), (['test', 'haply:/dev/null', '--haply-setup', '4'], 1, '4'),
+                                      (['test', 'haply:/dev/null', '--haply-links', '50mm,70mm'], 1, 'haply-links'),
+                                      (['test', 'haply:/dev/null', '--haply-links', '50mm,70mm,20'], 1, '20'), (['test', 'hvlink:/dev/there-is-none'], 2, 'no such device'),
                                       (['test', 'hvlink:/dev/null'], 2, 'no such device'), (['dance'], 1, 'dance'),
                                       (['doctor', '--plot', 'h.txt'], 1, 'h.txt'), (['test', 'sim:falcon', '--rate', '99'], 1, '99')]:
             with self.subTest(arguments):

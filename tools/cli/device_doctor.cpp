@@ -182,7 +182,8 @@ std::vector<Finding> examine(const std::vector<Candidate> &candidates, const fs:
         if (c.node.starts_with("/dev/bus/usb")) out.push_back(autosuspend(root, c));
     }
     for (const char *socket : {"run/spnav.sock", "var/run/spnav.sock"}) {
-        if (!fs::exists(root / socket)) continue;
+        std::error_code error;
+        if (!fs::exists(root / socket, error)) continue;
         out.push_back(
             {"spacenavd", Verdict::notice,
              fmt::format("/{} is there: by its hidraw node a six-axis mouse speaks to both it and voxshell; "
