@@ -19,6 +19,8 @@
 
 namespace voxshell {
 
+class Fence;
+
 struct GltfBuffer {
     std::optional<std::string> uri;   ///< of a file, or a data URI that is written with escapes
     std::span<std::uint8_t> embedded; ///< a data URI in the document. Neither: the BIN chunk, or nothing
@@ -114,6 +116,28 @@ class GltfBuffers {
     std::uint64_t loaded_, spent_ = 0;
 };
 
+/// Draco payload as points (accessor space, not yet normalised) and faces (gltf_draco.cpp).
+struct DracoMesh {
+    std::vector<std::array<double, 3>> points; ///< empty when `position` was none
+    std::size_t point_count = 0;
+    std::vector<Triangle> faces;
+};
+
+/// Decodes a document's payloads in one child process with bounds, which the first of them starts.
+class DracoReader {
+  public:
+    explicit DracoReader(const Source &source);
+    ~DracoReader();
+    /// `max_faces`, `max_points`: what the payload may hold at most, checked before anything is allocated.
+    /// Failure(invalid) with `where` in front.
+    DracoMesh decode(std::span<const std::uint8_t> payload, std::optional<std::uint32_t> position,
+                     std::uint64_t max_faces, std::uint64_t max_points, const std::string &where);
+
+  private:
+    const Source &source_;
+    std::unique_ptr<Fence> fence_;
+};
+
 /// Meshes of a document as voxshell meshes, each made once (gltf_mesh.cpp).
 class GltfMeshes {
   public:
@@ -133,24 +157,13 @@ class GltfMeshes {
     const Source &source_;
     const GltfDocument &document_;
     GltfBuffers &buffers_;
+    DracoReader draco_;
     std::vector<std::uint32_t> users_; ///< meshes that use an accessor as POSITION
     std::map<int, std::unique_ptr<Positions>> positions_;
     std::uint32_t stamp_ = 0;
     std::size_t skipped_ = 0;
     bool morphs_ = false;
 };
-
-/// Draco payload as points (accessor space, not yet normalised) and faces (gltf_draco.cpp).
-struct DracoMesh {
-    std::vector<std::array<double, 3>> points; ///< empty when `position` was none
-    std::size_t point_count = 0;
-    std::vector<Triangle> faces;
-};
-/// `max_faces`, `max_points`: what the payload may hold at most, checked before anything is allocated.
-/// Failure(invalid) with `where` in front.
-DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> payload,
-                       std::optional<std::uint32_t> position, std::uint64_t max_faces,
-                       std::uint64_t max_points, const std::string &where);
 
 /// A normalised integer component as a number (glTF 2.0, 3.6.2.2).
 double gltf_normalized(double raw, int component_type);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Draco payloads. The library bounds what it reads but allocates what the payload claims, so the claims
-// (Draco bitstream specification, "Header", "Metadata", "Connectivity") are read first.
-#include "import/gltf.hpp"
+// (Draco bitstream specification, "Header", "Metadata", "Connectivity") are read first. What it counts deeper in a
+// payload nobody can see before: it works behind a fence, one for all payloads of a document.
+#include "import/gltf_draco.hpp"
+#include "fence/fence.hpp"
 
-#include <draco/compression/decode.h>
+#include <cstring>
 #include <fmt/core.h>
 
 namespace voxshell {
@@ -93,82 +95,111 @@ std::optional<Claims> read_claims(std::span<const std::uint8_t> payload)
     return claims;
 }
 
+struct Question {
+    std::uint64_t bytes, has_position, position, max_points;
+    FenceLimits limits;
+};
+
+struct Answer {
+    std::uint64_t text, points, positions, faces; ///< text: why not, else none and the two lists follow
+};
+
+/// Sixteen bytes a vertex and twelve a face of the result, some two hundred a face while the library works;
+/// what is in proportion to nothing in the payload gets little.
+FenceLimits limits_of(const Claims &claims, std::uint64_t bytes)
+{
+    const std::uint64_t memory =
+        std::min(1024 * (claims.faces + claims.points), (std::uint64_t{1} << 29) + 8192 * bytes);
+    return {(std::uint64_t{1} << 28) + memory, 1 + bytes / 20'000};
+}
+
+/// In the child: one payload after the other.
+bool answer_draco(Fenced &parent)
+{
+    Question question;
+    while (parent.read(&question, sizeof question)) {
+        parent.limit(question.limits);
+        Answer answer{};
+        DracoMesh mesh;
+        std::string text;
+        try {
+            Bytes payload(question.bytes);
+            if (!parent.read(payload.data(), payload.size())) return false;
+            const auto position = static_cast<std::uint32_t>(question.position);
+            mesh = parse_draco(payload, question.has_position ? std::optional(position) : std::nullopt,
+                               question.max_points);
+        } catch (const Failure &failure) {
+            text = failure.what();
+        } catch (const std::exception &) { // bad_alloc, length_error
+            text = "damaged payload: asks for more memory than a payload of its size may take";
+        }
+        answer.text = text.size();
+        if (text.empty()) {
+            answer.points = mesh.point_count;
+            answer.positions = mesh.points.size();
+            answer.faces = mesh.faces.size();
+        }
+        if (!parent.write(&answer, sizeof answer) || !parent.write_list(text)) return false;
+        if (text.empty() && (!parent.write_list(mesh.points) || !parent.write_list(mesh.faces))) return false;
+    }
+    return true;
+}
+
 } // namespace
 
-DracoMesh decode_draco(const Source &source, std::span<const std::uint8_t> payload,
-                       std::optional<std::uint32_t> position, std::uint64_t max_faces,
-                       std::uint64_t max_points, const std::string &where)
+DracoMesh receive_draco(Answers &answers, bool has_position, std::uint64_t max_faces,
+                        std::uint64_t max_points)
 {
-    const std::string_view text(reinterpret_cast<const char *>(payload.data()), payload.size());
-    if (!text.starts_with("DRACO")) source.invalid(where + ": not a Draco payload");
+    const auto refuse = [](const std::string &what) { throw Failure(ExitCode::invalid, "", what); };
+    Answer answer{};
+    if (!answers.read(&answer, sizeof answer)) refuse(answers.obituary());
+    if (answer.text > 1000) refuse("Draco's reader sent nonsense");
+    DracoMesh out;
+    std::string text;
+    if (!answers.read_text(text, answer.text)) refuse(answers.obituary());
+    if (!text.empty()) refuse(printable(text, 200));
+    if (answer.points > max_points) refuse("more vertices than the accessor declares");
+    if (answer.faces > max_faces) refuse("more triangles than the accessor declares");
+    if (answer.positions != (has_position ? answer.points : 0)) refuse("Draco's reader sent nonsense");
+    out.point_count = answer.points;
+    if (!answers.read_list(out.points, answer.positions) || !answers.read_list(out.faces, answer.faces))
+        refuse(answers.obituary());
+    for (const Triangle &face : out.faces)
+        for (const std::uint32_t v : face)
+            if (v >= out.point_count) refuse("damaged payload: an index beyond the vertices");
+    return out;
+}
+
+DracoReader::DracoReader(const Source &source) : source_(source) {}
+DracoReader::~DracoReader() = default;
+
+DracoMesh DracoReader::decode(std::span<const std::uint8_t> payload, std::optional<std::uint32_t> position,
+                              std::uint64_t max_faces, std::uint64_t max_points, const std::string &where)
+{
+    if (payload.size() < 5 || std::memcmp(payload.data(), "DRACO", 5) != 0)
+        source_.invalid(where + ": not a Draco payload");
     const std::optional<Claims> claims = read_claims(payload);
-    if (!claims) source.invalid(where + ": not a Draco mesh, or cut");
+    if (!claims) source_.invalid(where + ": not a Draco mesh, or cut");
     // A good encoder reaches about 1/2 byte a triangle; flat regular grids much less.
     const std::uint64_t plausible = (std::uint64_t{1} << 16) + 1024 * std::uint64_t{payload.size()};
     if (claims->faces > max_faces || claims->points > max_points || claims->faces > plausible ||
         claims->points > plausible) {
-        source.invalid(
+        source_.invalid(
             fmt::format("{}: claims {} triangles and {} vertices, the accessors {} and {}, in {} bytes",
                         where, claims->faces, claims->points, max_faces, max_points, payload.size()));
     }
 
-    draco::DecoderBuffer buffer;
-    buffer.Init(text.data(), text.size());
-    draco::Decoder decoder;
-    std::unique_ptr<draco::Mesh> mesh;
+    const FenceLimits limits = limits_of({max_faces, max_points}, payload.size());
+    const Question question{payload.size(), position.has_value(), position.value_or(0), max_points, limits};
     try {
-        auto result = decoder.DecodeMeshFromBuffer(&buffer);
-        if (!result.ok()) {
-            source.invalid(
-                fmt::format("{}: damaged payload: {}", where, printable(result.status().error_msg_string())));
-        }
-        mesh = std::move(result).value();
-    } catch (const std::bad_alloc &) {
-        source.invalid(where + ": damaged payload: asks for more memory than there is");
-    } catch (const std::length_error &) {
-        source.invalid(where + ": damaged payload: asks for more memory than there is");
+        if (!fence_) fence_ = std::make_unique<Fence>("Draco", "this payload", limits, answer_draco);
+        fence_->restart(limits.seconds);
+        if (!fence_->write(&question, sizeof question) || !fence_->write(payload.data(), payload.size()))
+            throw Failure(ExitCode::invalid, "", fence_->obituary());
+        return receive_draco(*fence_, position.has_value(), max_faces, max_points);
+    } catch (const Failure &failure) {
+        source_.refuse(failure.code, where + ": " + failure.what());
     }
-    if (!mesh) source.invalid(where + ": damaged payload");
-
-    DracoMesh out;
-    out.point_count = mesh->num_points();
-    if (out.point_count > max_points) source.invalid(where + ": more vertices than the accessor declares");
-    out.faces.reserve(mesh->num_faces());
-    for (draco::FaceIndex f(0); f < mesh->num_faces(); ++f) {
-        const draco::Mesh::Face &face = mesh->face(f);
-        out.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
-        for (const std::uint32_t v : out.faces.back())
-            if (v >= out.point_count)
-                source.invalid(where + ": damaged payload: an index beyond the vertices");
-    }
-    if (!position) return out;
-
-    const draco::PointAttribute *attribute = mesh->GetAttributeByUniqueId(*position);
-    if (!attribute) source.invalid(fmt::format("{}: no attribute has the id {}", where, *position));
-    if (attribute->num_components() != 3) {
-        source.invalid(fmt::format("{}: POSITION has {} components", where,
-                                   static_cast<int>(attribute->num_components())));
-    }
-    out.points.reserve(out.point_count);
-    for (draco::PointIndex p(0); p < mesh->num_points(); ++p) {
-        const draco::AttributeValueIndex value = attribute->mapped_index(p);
-        if (value.value() >= attribute->size())
-            source.invalid(where + ": damaged payload: a vertex without a position");
-        // Integers as they are stored: whether they are normalised, the accessor says.
-        std::array<double, 3> point{};
-        if (attribute->data_type() == draco::DT_FLOAT32 || attribute->data_type() == draco::DT_FLOAT64) {
-            if (!attribute->ConvertValue<double, 3>(value, point.data())) {
-                source.invalid(where + ": POSITION cannot be read");
-            }
-        } else {
-            std::array<std::int32_t, 3> x{};
-            if (!attribute->ConvertValue<std::int32_t, 3>(value, x.data()))
-                source.invalid(where + ": POSITION cannot be read");
-            point = {static_cast<double>(x[0]), static_cast<double>(x[1]), static_cast<double>(x[2])};
-        }
-        out.points.push_back(point);
-    }
-    return out;
 }
 
 } // namespace voxshell

@@ -37,7 +37,8 @@ struct GltfMeshes::Positions {
 };
 
 GltfMeshes::GltfMeshes(const Source &source, const GltfDocument &document, GltfBuffers &buffers)
-    : source_(source), document_(document), buffers_(buffers), users_(document.model.accessors.size())
+    : source_(source), document_(document), buffers_(buffers), draco_(source),
+      users_(document.model.accessors.size())
 {
     for (const tinygltf::Mesh &mesh : document.model.meshes)
         for (const tinygltf::Primitive &primitive : mesh.primitives)
@@ -149,7 +150,7 @@ void GltfMeshes::add_draco(int mesh, int index, const GltfDraco &link, Mesh &out
     buffers_.spend(accessor.count);
 
     const std::span<const std::uint8_t> payload = buffers_.view(link.view);
-    const DracoMesh decoded = decode_draco(source_, payload, link.position, max_faces, accessor.count, where);
+    const DracoMesh decoded = draco_.decode(payload, link.position, max_faces, accessor.count, where);
     if (primitive.mode == mode_triangles && decoded.faces.size() * 3 != declared) {
         source_.invalid(fmt::format("{}: {} triangles, the indices accessor declares {} corners", where,
                                     decoded.faces.size(), declared));

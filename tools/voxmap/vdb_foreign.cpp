@@ -65,7 +65,9 @@ const Grids::value_type &choose(const Grids &grids, const ForeignGrid &wanted)
     if (!wanted.name && grids.size() > 1)
         throw Failure(ExitCode::usage, "",
                       fmt::format("holds {} grids: --grid names one of {}", grids.size(), list(grids)));
-    const auto &[name, grid] = wanted.name ? *found : grids.front();
+    const auto &chosen = wanted.name ? *found : grids.front();
+    const auto &name = chosen.first; // not a structured binding: clang 14 captures none
+    const auto &grid = chosen.second;
     const std::string kind = kind_of(*grid);
     const auto refuse = [&](ExitCode code, const char *why) {
         throw Failure(code, "", fmt::format("grid `{}` is a {}: {}", printable(name), kind, why));

@@ -2,6 +2,7 @@
 // Inside the .vdb reader: what both of its processes agree on. Others include voxmap/vdb.hpp.
 #pragma once
 
+#include "fence/fence.hpp"
 #include "voxmap/vdb.hpp"
 
 #include <array>
@@ -38,6 +39,13 @@ inline constexpr double vdb_min_scale = 2e-5;
 /// Reads the file with OpenVDB's own reader, in the calling process: a damaged file can crash it, hang it or
 /// make it take all memory. Throws Failure or std::exception.
 VdbFile parse_vdb(const std::filesystem::path &path, const ForeignGrid *foreign);
+
+/// In the child: parses, and sends what came of it; false for a parent that is gone.
+bool answer_vdb(Fenced &parent, const std::filesystem::path &path, const ForeignGrid *foreign,
+                std::uint64_t memory);
+
+/// What the child answers, or Failure: nothing of it is believed. No list takes more than `memory` bytes.
+VdbFile receive_vdb(Answers &answers, std::uint64_t memory);
 
 /// Throws Failure(invalid) unless the invariants of Cells hold and the box is within the format's limits.
 void check_cells(const Cells &cells);

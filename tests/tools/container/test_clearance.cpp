@@ -107,7 +107,7 @@ VoxmapFile random_cells(std::uint32_t seed)
         places.push_back({static_cast<int>(dice() % span), static_cast<int>(dice() % span),
                           static_cast<int>(dice() % span)});
     std::ranges::sort(places);
-    places.erase(std::ranges::unique(places).begin(), places.end());
+    places.erase(std::unique(places.begin(), places.end()), places.end());
     for (const BrickAt &at : places) {
         Brick brick;
         brick.at = at;

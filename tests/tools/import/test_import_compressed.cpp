@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Draco and meshopt payloads, made with the libraries' own encoders, whole and damaged.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include "fence/fence.hpp"
+#include "import/gltf_draco.hpp"
 #include "import_test.hpp"
 
 #include <doctest/doctest.h>
@@ -8,7 +10,9 @@
 #include <draco/mesh/mesh.h>
 #include <meshoptimizer.h>
 
+#include <cstring>
 #include <memory>
+#include <sys/resource.h>
 
 using namespace import_test;
 using voxshell::flatten;
@@ -252,6 +256,104 @@ TEST_CASE("Draco: every prefix and every changed byte ends well")
                 CHECK((message == "converted" || message.starts_with("3: ")));
             }
     }
+}
+
+/// A bumpy sheet with texture coordinates, which a payload predicts from as many turns as it likes to say.
+Bytes draco_sheet()
+{
+    constexpr unsigned side = 12;
+    draco::Mesh mesh;
+    mesh.set_num_points(side * side);
+    draco::GeometryAttribute position, texture;
+    position.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
+    texture.Init(draco::GeometryAttribute::TEX_COORD, nullptr, 2, draco::DT_FLOAT32, false, 8, 0);
+    const int p = mesh.AddAttribute(position, true, side * side);
+    const int t = mesh.AddAttribute(texture, true, side * side);
+    mesh.attribute(p)->set_unique_id(5);
+    for (unsigned v = 0; v < side * side; ++v) {
+        const float x = static_cast<float>(v % side), y = static_cast<float>(v / side);
+        const Float3 at = {x, y, 0.3f * static_cast<float>(v * 7 % 5)};
+        const std::array<float, 2> uv = {x / side + 0.01f * static_cast<float>(v % 3), y / side};
+        mesh.attribute(p)->SetAttributeValue(draco::AttributeValueIndex(v), at.data());
+        mesh.attribute(t)->SetAttributeValue(draco::AttributeValueIndex(v), uv.data());
+        if (x + 1 == side || y + 1 == side) continue;
+        const draco::PointIndex a(v), b(v + 1), c(v + side), d(v + side + 1);
+        mesh.AddFace({a, b, c});
+        mesh.AddFace({b, d, c});
+    }
+    draco::ExpertEncoder encoder(mesh);
+    encoder.SetAttributeQuantization(p, 11);
+    encoder.SetAttributeQuantization(t, 10);
+    encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+    encoder.SetSpeedOptions(0, 0);
+    REQUIRE(encoder.SetAttributePredictionScheme(t, draco::MESH_PREDICTION_TEX_COORDS_PORTABLE).ok());
+    draco::EncoderBuffer buffer;
+    REQUIRE(encoder.EncodeToBuffer(&buffer).ok());
+    return Bytes(buffer.data(), buffer.data() + buffer.size());
+}
+
+TEST_CASE("Draco: a payload of 600 bytes that keeps the library busy is left alone")
+{
+    const auto spent = [] {
+        rusage used{};
+        ::getrusage(RUSAGE_CHILDREN, &used);
+        return static_cast<double>(used.ru_utime.tv_sec) + 1e-6 * static_cast<double>(used.ru_utime.tv_usec);
+    };
+    const Bytes payload = draco_sheet();
+    const auto sheet = [](const Bytes &bytes) {
+        Gltf gltf = with_draco(bytes);
+        gltf.json["accessors"][0]["count"] = 144;
+        gltf.json["accessors"][1]["count"] = 11 * 11 * 6;
+        return gltf;
+    };
+    CHECK(told(sheet(payload)) == "converted");
+    std::size_t late = 0;
+    for (std::size_t i = payload.size() - 48; i + 4 <= payload.size(); ++i) {
+        Bytes changed = payload;
+        std::memset(changed.data() + i, 0xff, 3);
+        changed[i + 3] = 0x7f; // two thousand million turns
+        const double before = spent();
+        const std::string message = told(sheet(changed));
+        CHECK((message == "converted" || message.starts_with("3: ")));
+        CHECK(spent() - before < 3.5);
+        late += contains(message, "Draco did not finish with this payload in time: damaged or hostile");
+    }
+    CHECK(late >= 1);
+}
+
+TEST_CASE("Draco: nothing that its process answers is believed")
+{
+    struct Said : voxshell::Answers {
+        Bytes bytes;
+        std::size_t at = 0;
+        bool read(void *data, std::size_t size) override
+        {
+            const bool is_there = size <= bytes.size() - at;
+            if (is_there) std::memcpy(data, bytes.data() + at, size);
+            at = is_there ? at + size : bytes.size();
+            return is_there;
+        }
+        std::string obituary() override { return "it is gone"; }
+    };
+    const auto refusal = [](const std::vector<std::uint64_t> &head, const std::vector<std::uint32_t> &face) {
+        Said said;
+        said.bytes = bytes_of(head);
+        const Bytes points(24 * 3), corners = bytes_of(face);
+        said.bytes.insert(said.bytes.end(), points.begin(), points.end());
+        said.bytes.insert(said.bytes.end(), corners.begin(), corners.end());
+        try {
+            return std::to_string(voxshell::receive_draco(said, true, 1, 3).faces.size());
+        } catch (const voxshell::Failure &failure) {
+            return std::string(failure.what());
+        }
+    };
+    CHECK(refusal({0, 3, 3, 1}, {0, 1, 2}) == "1");
+    CHECK(refusal({0, 3, 3, 1}, {0, 1, 3}) == "damaged payload: an index beyond the vertices");
+    CHECK(refusal({0, 4, 4, 1}, {0, 1, 2}) == "more vertices than the accessor declares");
+    CHECK(refusal({0, 3, 3, 2}, {0, 1, 2}) == "more triangles than the accessor declares");
+    CHECK(refusal({0, 3, 2, 1}, {0, 1, 2}) == "Draco's reader sent nonsense");
+    CHECK(refusal({std::uint64_t{1} << 40, 3, 3, 1}, {0, 1, 2}) == "Draco's reader sent nonsense");
+    CHECK(refusal({900, 3, 3, 1}, {0, 1, 2}) == "it is gone");
 }
 
 TEST_CASE("meshopt: attributes, triangles, index sequences, under both names")
