@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Which lines and branches of each room the tests reach, by clang's source-based counts.
+
+    cmake --preset coverage && cmake --build --preset coverage      clang-14, libclang-rt-14-dev, llvm-14
+    tests/coverage.py                    the whole of ctest, then a table; some tests: -R REGEX or -L LABEL
+    tests/coverage.py --table            the table again
+    tests/coverage.py --missing runtime  lines with a branch that is not taken both ways, of files whose path begins so
+
+A branch is a way out of a condition as it is written (true and false of each operand of &&, ||, ?: and if); what the
+compiler adds for exceptions does not count, nor does a condition that is a constant. A template counts once, whatever it is made for.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build/coverage"
+PROFILES = BUILD / "profiles"
+MERGED = PROFILES / "all.profdata"
+
+
+def tool(name):
+    for found in (name + "-14", name):
+        if subprocess.run(["which", found], stdout=subprocess.DEVNULL, check=False).returncode == 0:
+            return found
+    sys.exit(f"coverage.py: error: no {name} here (Debian: llvm-14)")
+
+
+def run_tests(arguments):
+    PROFILES.mkdir(exist_ok=True)
+    for old in PROFILES.glob("*.prof*"):
+        old.unlink()
+    # A pool of two files a program, into which each run adds its counts.
+    environment = os.environ | {"LLVM_PROFILE_FILE": str(PROFILES / "%2m.profraw")}
+    # Instrumented code takes a few times as long; what a machine is slow at is no finding here.
+    subprocess.run(["ctest", "--test-dir", str(BUILD), "--timeout", "3600", *arguments], env=environment, check=False)
+    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-o", str(MERGED), *map(str, PROFILES.glob("*.profraw"))],
+                   check=True)
+
+
+def counts():
+    programs = [p for p in sorted((BUILD / "bin").iterdir()) if p.is_file() and os.access(p, os.X_OK)]
+    objects = [str(programs[0])] + [word for p in programs[1:] for word in ("-object", str(p))]
+    told = subprocess.run([tool("llvm-cov"), "export", "-skip-expansions", "-instr-profile", str(MERGED), *objects,
+                           str(ROOT / "runtime/src"), str(ROOT / "runtime/include"), str(ROOT / "tools"), str(ROOT / "formats")],
+                          stdout=subprocess.PIPE, check=True)
+    return [(os.path.relpath(file["filename"], ROOT), file) for file in json.loads(told.stdout)["data"][0]["files"]]
+
+
+def branches_of(file):
+    """{place: [taken, not taken]}, templates' copies added up."""
+    places = {}
+    for line, column, line_end, column_end, yes, no, *_rest in file["branches"]:
+        taken = places.setdefault((line, column, line_end, column_end), [0, 0])
+        taken[0] += yes
+        taken[1] += no
+    return places
+
+
+def room_of(path):
+    parts = path.split("/")
+    if parts[0] == "tools":
+        return "/".join(parts[:2])
+    return "runtime/devices" if path.startswith("runtime/src/devices/") else parts[0]
+
+
+def table(files):
+    rooms = {}
+    for path, file in files:
+        lines, places = file["summary"]["lines"], branches_of(file)
+        for room in {room_of(path), path.split("/")[0]}:
+            row = rooms.setdefault(room, [0, 0, 0, 0])
+            row[0] += lines["covered"]
+            row[1] += lines["count"]
+            row[2] += sum((yes > 0) + (no > 0) for yes, no in places.values())
+            row[3] += 2 * len(places)
+    print(f"{'':20}{'lines':>16}{'branches':>20}")
+    for room in sorted(rooms):
+        a, b, c, d = rooms[room]
+        print(f"{room:20}{100 * a / max(b, 1):6.1f} % of {b:<7}{100 * c / max(d, 1):6.1f} % of {d:<7}")
+
+
+def missing(files, prefix):
+    for path, file in files:
+        if not path.startswith(prefix):
+            continue
+        source = (ROOT / path).read_text(encoding="utf-8").splitlines()
+        for (line, column, line_end, column_end), (yes, no) in sorted(branches_of(file).items()):
+            if yes and no:
+                continue
+            end = column_end - 1 if line_end == line else None
+            never = "never" if not yes and not no else "never false" if yes else "never true"
+            print(f"{path}:{line}: {never}: {source[line - 1][column - 1:end].strip()}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--table", action="store_true")
+    parser.add_argument("--missing", metavar="PATH")
+    options, rest = parser.parse_known_args()
+    if not options.table and not options.missing:
+        run_tests(rest)
+    files = counts()
+    if options.missing:
+        missing(files, options.missing)
+    else:
+        table(files)
+
+
+if __name__ == "__main__":
+    main()
