@@ -3,6 +3,7 @@
 // promise.
 #pragma once
 
+#include "fence/fence.hpp"
 #include "fuzz_target.h"
 #include "import/importers.hpp"
 
@@ -46,6 +47,23 @@ inline void check(const Scene &scene)
     }
     for (const Instance &instance : scene.instances) FUZZ_CHECK(instance.mesh < scene.meshes.size());
 }
+
+/// A list of bytes in the place of a child process.
+class Said : public Answers {
+  public:
+    explicit Said(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+    bool read(void *data, std::size_t size) override
+    {
+        const bool is_there = size <= bytes_.size();
+        if (is_there && size > 0) std::memcpy(data, bytes_.data(), size);
+        bytes_ = bytes_.subspan(is_there ? size : bytes_.size());
+        return is_there;
+    }
+    std::string obituary() override { return "it is gone"; }
+
+  private:
+    std::span<const std::uint8_t> bytes_;
+};
 
 /// Text changed where JSON has something to say: a number for another, a word for another of the same
 /// document. `text` has room for `most` bytes; returns its length.

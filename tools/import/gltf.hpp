@@ -134,6 +134,9 @@ class DracoReader {
                      std::uint64_t max_faces, std::uint64_t max_points, const std::string &where);
 
   private:
+    DracoMesh ask(std::span<const std::uint8_t> payload, std::optional<std::uint32_t> position,
+                  std::uint64_t max_faces, std::uint64_t max_points);
+
     const Source &source_;
     std::unique_ptr<Fence> fence_;
 };

@@ -8,6 +8,12 @@ namespace voxshell {
 
 class Answers;
 
+/// What the child says first.
+struct DracoAnswer {
+    std::uint64_t text; ///< [bytes] why not; none: two lists follow
+    std::uint64_t points, positions, faces;
+};
+
 /// Decodes with Draco's own reader, in the calling process: a damaged payload can keep it busy for minutes or
 /// take all memory. Throws Failure or std::exception.
 DracoMesh parse_draco(std::span<const std::uint8_t> payload, std::optional<std::uint32_t> position,

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Any bytes as what the process of the .vdb reader answers: refused in one line, or cells that hold together. Bytes that begin as
+// a .vdb are read as one, by that process.
+#include "fuzz_import.hpp"
+#include "voxmap/vdb_parse.hpp"
+
+#include <fstream>
+#include <sys/mman.h>
+#include <unistd.h>
+
+using namespace voxshell;
+
+namespace {
+
+constexpr char magic[] = {' ', 'B', 'D', 'V', 0, 0, 0, 0};
+constexpr std::uint64_t memory = 1 << 24;
+
+/// A file that is there while the program runs.
+struct Place {
+    std::filesystem::path file =
+        std::filesystem::temp_directory_path() / ("fuzz_" + std::to_string(getpid()) + ".vdb");
+    ~Place()
+    {
+        std::error_code ignored;
+        std::filesystem::remove(file, ignored);
+    }
+    void put(const std::uint8_t *bytes, std::size_t size) const
+    {
+        std::ofstream(file, std::ios::binary)
+            .write(reinterpret_cast<const char *>(bytes), static_cast<std::streamsize>(size));
+    }
+};
+
+const Place &place()
+{
+    static const Place there;
+    return there;
+}
+
+void use(const VdbFile &file)
+{
+    std::uint64_t surface = 0;
+    for (const Brick &brick : file.cells.bricks)
+        for (int i = 0; i < 8; ++i) {
+            FUZZ_CHECK((brick.surface[i] & brick.interior[i]) == 0);
+            surface += static_cast<std::uint64_t>(__builtin_popcountll(brick.surface[i]));
+        }
+    FUZZ_CHECK(surface > 0 && surface == file.cells.surface_cells);
+    FUZZ_CHECK(cell_state(file.cells, file.cells.min) >= 0);
+    if (file.cells.bricks.size() < 64 && file.cells.solid.size() < 64)
+        (void)vdb_bytes(file.cells, file.source_hash, "{}", file.channels);
+}
+
+Cells some_cells(bool with_run)
+{
+    Cells cells;
+    cells.voxel = 0.001;
+    cells.closed = with_run;
+    Brick brick{{1, 2, 3}, {}, {}};
+    brick.surface[2] = 0x00003c3c3c3c0000u;
+    brick.interior[3] = 0x0000181818180000u;
+    cells.bricks = {brick, Brick{{1, 2, 4}, {1}, {}}};
+    if (with_run) cells.solid = {{1, 3, 2, 5}};
+    recount(cells);
+    return cells;
+}
+
+Channels some_channels(const Cells &cells)
+{
+    Channels channels;
+    channels.layer_count = 2;
+    channels.distance_step = 0.0001;
+    channels.distance_band = 0.002;
+    channels.layer.resize(cells.bricks.size());
+    channels.distance.resize(cells.bricks.size());
+    for (std::size_t b = 0; b < cells.bricks.size(); ++b)
+        for (std::size_t c = 0; c < 512; ++c) {
+            const bool is_surface = cells.bricks[b].surface[c >> 6] >> (c & 63) & 1;
+            const int sign = cells.bricks[b].interior[c >> 6] >> (c & 63) & 1 ? -1 : !is_surface;
+            channels.layer[b][c] = static_cast<std::int8_t>(2 * sign);
+            channels.distance[b][c] = static_cast<std::int16_t>(7 * sign);
+        }
+    return channels;
+}
+
+} // namespace
+
+int LLVMFuzzerTestOneInput(const std::uint8_t *bytes, std::size_t size)
+{
+    try {
+        if (size >= sizeof magic && std::memcmp(bytes, magic, sizeof magic) == 0) {
+            place().put(bytes, size);
+            use(read_vdb(place().file));
+        } else {
+            fuzz::Said said({bytes, size});
+            use(receive_vdb(said, memory));
+        }
+    } catch (const Failure &failure) {
+        FUZZ_CHECK(failure.what()[0] != 0);
+        FUZZ_CHECK(failure.code >= ExitCode::usage && failure.code <= ExitCode::unsupported);
+    }
+    return 0;
+}
+
+/// One of four is a .vdb; the others, what the reader's process says of one.
+std::size_t fuzz_seed(std::uint32_t number, std::uint8_t *bytes, std::size_t most)
+{
+    const Cells cells = some_cells(number & 1);
+    const auto vdb =
+        vdb_bytes(cells, {}, "{\"tool\":\"fuzz\"}", number & 2 ? some_channels(cells) : Channels{});
+    std::vector<std::uint8_t> seed(vdb.begin(), vdb.end());
+    if (number % 4 != 3) {
+        place().put(seed.data(), seed.size());
+        const int stream = memfd_create("answer", MFD_CLOEXEC);
+        FUZZ_CHECK(stream >= 0);
+        Fenced parent(stream, 0);
+        FUZZ_CHECK(answer_vdb(parent, place().file, nullptr, memory));
+        seed.resize(static_cast<std::size_t>(lseek(stream, 0, SEEK_CUR)));
+        FUZZ_CHECK(pread(stream, seed.data(), seed.size(), 0) == static_cast<ssize_t>(seed.size()));
+        close(stream);
+    }
+    if (seed.size() > most) return 0;
+    std::memcpy(bytes, seed.data(), seed.size());
+    return seed.size();
+}
