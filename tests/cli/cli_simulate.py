@@ -159,7 +159,10 @@ class Simulate(command.CommandTest):
                     scene['guards'] = guards
             self.edit(change)
             told = json.loads(self.simulate('--trace', 'a.csv', '--force', '--explain', '--format', 'json', '--quiet').stdout)
-            rows = steps(self.path('a.csv'))[-300:]
+            rows = steps(self.path('a.csv'))
+            felt = [[row[f'output_f{axis}_n'] for axis in 'xyz'] for row in rows]
+            self.assertAlmostEqual(told['step_max_n'], max(math.dist(a, b) for a, b in zip([[0, 0, 0], *felt], felt)), delta=1e-12)
+            rows = rows[-300:]
             return told, max(row['device_x_m'] for row in rows) - min(row['device_x_m'] for row in rows)
 
         safe, hum = run(None)

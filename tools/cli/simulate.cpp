@@ -81,9 +81,10 @@ void tell(const PlannedServo &planned, const std::string &name, const RanOn &on,
                : on.arm == "free" ? ", held by nobody"
                                   : ", held by a " + on.arm);
     fmt::print("  coupling {}\n", planned.coupling);
-    fmt::print(
-        "  force   at the hand {:.3f} N at most, {:.3f} N mean in contact; collision {:.3f} N at most\n",
-        run.output_peak, run.output_mean, run.collision_peak);
+    fmt::print("  force   at the hand {:.3f} N at most, {:.3f} N mean in contact, steps of {:.3f} N at most; "
+               "collision {:.3f} N "
+               "at most\n",
+               run.output_peak, run.output_mean, run.step_most, run.collision_peak);
     if (run.contact_ticks) {
         fmt::print("  contact in {} ticks, {} of {} points at once, {} deep at most, hand up to {} ahead\n",
                    format_count(run.contact_ticks), run.points_most,
@@ -142,6 +143,7 @@ json summary(const PlannedServo &planned, const std::string &name, const RanOn &
                 {"level_max", run.level_most},
                 {"depth_max_m", run.depth_most},
                 {"reach_max_m", run.reach_most},
+                {"step_max_n", run.step_most},
                 {"energy_min_j", run.energy_least},
                 {"flag_ticks", flags},
                 {"tick", durations_json(run.tick)}};

@@ -38,6 +38,11 @@ class Account {
         run_.probed_most = std::max(run_.probed_most, row.probed);
         run_.level_most = std::max(run_.level_most, row.level);
         run_.depth_most = std::max(run_.depth_most, row.depth);
+        const double *force = row.command.force;
+        const double step[3] = {force[0] - last_[0], force[1] - last_[1], force[2] - last_[2]};
+        if (row.tick == next_) run_.step_most = std::max(run_.step_most, length(step));
+        std::copy(force, force + 3, last_);
+        next_ = row.tick + 1;
         run_.energy_least = std::min(run_.energy_least, row.energy);
         const double ahead[3] = {hand[0] - row.pose.position[0], hand[1] - row.pose.position[1],
                                  hand[2] - row.pose.position[2]};
@@ -65,6 +70,8 @@ class Account {
     ServoRun &run_;
     const RunOptions &options_;
     double sum_ = 0;
+    double last_[3] = {0, 0, 0};
+    std::uint64_t next_ = 0; ///< rows that were dropped leave a gap
 };
 
 Durations durations_of(const vxs_servo_thread_histogram &histogram)

@@ -39,6 +39,7 @@ struct ServoRun {
     std::uint32_t budget_points = 0; ///< what the scene's budget buys on this machine, 0: none
     double depth_most = 0;           ///< [m], of a point under the plane of its cell
     double reach_most = 0;           ///< how far the hand's target was ahead of the device [m]
+    double step_most = 0;            ///< |change of force at the hand| from one tick to the next [N]
     double energy_least = 0;         ///< taken from the hand, as passivity observed it [J]; 0 without
     std::uint32_t flags = 0;         ///< of all ticks, or-ed (VXS_SERVO_*, VXS_CONTACT_*)
     std::array<std::uint64_t, 32> flag_ticks{}; ///< ticks with bit n set
