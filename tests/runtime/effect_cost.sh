@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 # A tick that does not ask for an effect takes as many instructions as one of a build without the effect's file
 # and its row: within 0.5 %. Arguments: the effect, tick_cost, tick_cost without it, and the other effects, which
-# are asked for. Or "table" and tick_cost: what each effect costs beside a tick with none, for a README.
+# are asked for. Or "table" and tick_cost: what each effect costs beside a tick with none, for a README. Or "most",
+# tick_cost and a number: that many instructions at most in a tick with no effect.
 effect=$1 whole=$2
 command -v valgrind > /dev/null || { echo "effect_cost: skipped, valgrind is not installed"; exit 77; }
 folder=$(mktemp -d) && trap 'rm -rf "$folder"' EXIT
@@ -24,6 +25,12 @@ if [ "$effect" = table ]; then
         own=$(count "$whole" "$other") && echo "| *$other* | + $(((own - bare) / 200)) |" || exit 1
     done
     exit 0
+fi
+if [ "$effect" = most ]; then
+    bare=$(count "$whole") || exit 1
+    echo "$((bare / 200)) instructions a tick, $3 at most"
+    [ $((bare / 200)) -le "$3" ] && [ "$bare" -gt 20000 ]
+    exit
 fi
 without=$3
 shift 3
