@@ -27,6 +27,7 @@ flags="-std=c11 -O2 -g -ffp-contract=off -fno-sanitize-recover=all -Iruntime/src
 # shellcheck disable=SC2086
 "$clang" $flags -fsanitize=fuzzer,address,undefined "tests/fuzz/fuzz_$name.c" $files -lm -o "$folder/fuzz"
 "$folder/seeds" seeds "$folder/corpus"
+[ ! -d "tests/fuzz/codecs/$name" ] || cp "tests/fuzz/codecs/$name"/* "$folder/corpus"
 "$folder/fuzz" "$folder/corpus" -runs="$executions" -max_total_time="$seconds" -max_len="$most" -timeout=60 \
     -artifact_prefix="$folder/finding-" -verbosity=0 -print_final_stats=1
 "$folder/fuzz" -merge=1 "$folder/least" "$folder/corpus" -max_len="$most" -verbosity=0
