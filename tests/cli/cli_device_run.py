@@ -203,6 +203,27 @@ class Running(command.CommandTest):
             self.assertLessEqual(age, 10)
 
     @on_busy_machines
+    def test_asset_cut(self):
+        """A file is shortened under a loop that pushes: it goes on with the copy that it checked."""
+        process, name = self.device('push')
+        run = self.start('--device', name, '--seconds', '4', '--trace', 'cut.csv', '--force')
+        time.sleep(2)
+        cut = [file for file in (self.folder / 'assets').iterdir() if file.suffix in ('.voxmap', '.pointshell')]
+        self.assertGreater(len(cut), 1)
+        for file in cut:
+            os.truncate(file, 0)
+        self.assertIsNone(run.poll())
+        said = run.communicate(timeout=60)[1]
+        shutil.rmtree(self.folder / 'assets')
+        shutil.copytree(self.assets.name, self.folder / 'assets')
+        self.assertEqual(run.returncode, 0, said)
+        most, last, _ = self.end(process)
+        self.assertGreater(most, 0.5)
+        self.assertEqual(last, 0)
+        forces = [max(abs(row[f'output_f{axis}_n']) for axis in 'xyz') for row in self.trace('cut.csv')]
+        self.assertGreater(max(forces[-500:]), 0.5)
+
+    @on_busy_machines
     def test_second_process(self):
         process, name = self.device('push')
         run = self.start('--device', name, '--seconds', '30')
