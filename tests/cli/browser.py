@@ -18,8 +18,13 @@ def find():
     return next(filter(None, map(shutil.which, PROGRAMS)), None)
 
 
+NO_GPU = ('--disable-gpu',)
+SOFTWARE_GL = ('--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist')
+
+
 class Browser:
-    def __init__(self, program, seconds=60):
+    """`graphics`: NO_GPU, where pages draw no 3D, or SOFTWARE_GL."""
+    def __init__(self, program, seconds=60, graphics=NO_GPU):
         self.seconds, self.number, self.rest, self.errors, self.loaded, self.session = seconds, 0, b'', [], 0, None
         self.folder = tempfile.mkdtemp(prefix='voxshell-')
         there, back = os.pipe(), os.pipe()
@@ -29,7 +34,7 @@ class Browser:
             os.dup2(ends[0], 3)
             os.dup2(ends[1], 4)
 
-        self.process = subprocess.Popen([program, '--headless', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--remote-debugging-pipe', f'--user-data-dir={self.folder}'],
+        self.process = subprocess.Popen([program, '--headless', '--no-sandbox', *graphics, '--disable-dev-shm-usage', '--remote-debugging-pipe', f'--user-data-dir={self.folder}'],
                                         preexec_fn=wire, pass_fds=(3, 4), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         for fd in (*ends, there[0], back[1]):
             os.close(fd)
@@ -98,6 +103,26 @@ class Browser:
     def screenshot(self, path):
         shot = self.ask('Page.captureScreenshot', captureBeyondViewport=True, **{'format': 'png'})
         pathlib.Path(path).write_bytes(base64.b64decode(shot['data']))
+
+    def colours(self, box):
+        """Of a part of the screen (x, y, width, height): how many pixels each colour (r, g, b) has, and in what box (left, top, right, bottom) they lie."""
+        clip = dict(zip(('x', 'y', 'width', 'height'), box), scale=1)
+        shot = self.ask('Page.captureScreenshot', clip=clip, **{'format': 'png'})
+        rows = self.run('''(async () => {
+            const image = new Image();
+            image.src = 'data:image/png;base64,%s';
+            await image.decode();
+            const pen = Object.assign(document.createElement('canvas'), {width: image.width, height: image.height}).getContext('2d');
+            pen.drawImage(image, 0, 0);
+            const data = pen.getImageData(0, 0, image.width, image.height).data, found = new Map();
+            for (let y = 0, n = 0; y < image.height; ++y) for (let x = 0; x < image.width; ++x, n += 4) {
+                const key = data[n] << 16 | data[n + 1] << 8 | data[n + 2], row = found.get(key);
+                if (!row) found.set(key, [1, x, y, x + 1, y + 1]);
+                else { ++row[0]; row[1] = Math.min(row[1], x); row[3] = Math.max(row[3], x + 1); row[4] = y + 1; }
+            }
+            return [...found];
+        })()''' % shot['data'])
+        return {(key >> 16, key >> 8 & 255, key & 255): (row[0], tuple(row[1:])) for key, row in rows}
 
     def pdf(self):
         return base64.b64decode(self.ask('Page.printToPDF', printBackground=True)['data'])

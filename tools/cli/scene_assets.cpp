@@ -64,6 +64,7 @@ SceneAssets::SceneAssets(const SceneFile &scene, const std::string &given, std::
             outputs.add(folder / (scene_name(scene.path) + moving_ending(n)), parts.moving[n].voxmap);
         outputs.commit();
     }
+    folder_ = folder;
     mass = scene_mass(scene, geometry.dynamic);
     name_ = scene_name(scene.path);
     voxmaps_.push_back(open(folder, scene, ".voxmap", VXS_ASSET_VOXMAP, geometry.statics));
@@ -97,6 +98,14 @@ std::vector<vxs_asset> SceneAssets::all() const
     for (const auto &file : voxmaps_) open.push_back(file->asset());
     open.push_back(pointshell_->asset());
     return open;
+}
+
+std::vector<fs::path> SceneAssets::paths() const
+{
+    std::vector<fs::path> paths;
+    for (const PlannedAsset &asset : statics()) paths.push_back(folder_ / asset.name);
+    paths.push_back(folder_ / dynamic().name);
+    return paths;
 }
 
 PlanAssets::PlanAssets(const PlanFile &plan, const fs::path &folder)

@@ -13,6 +13,7 @@
 #include "voxshell/voxmap.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <span>
@@ -34,9 +35,11 @@ class SceneAssets {
     std::vector<PlannedAsset> statics() const; ///< as scene_plan() takes them
     PlannedAsset dynamic() const;
     std::vector<vxs_asset> all() const; ///< statics, then the dynamic: a plan's order
+    std::vector<std::filesystem::path> paths() const; ///< in the same order, while this lives
 
   private:
     std::unique_ptr<TemporaryFolder> made_; // outlives the open files
+    std::filesystem::path folder_;
     std::string name_;
     std::vector<std::unique_ptr<AssetFile>> voxmaps_; ///< of what stands, then of each part with a path
     std::unique_ptr<AssetFile> pointshell_;

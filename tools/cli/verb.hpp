@@ -39,5 +39,6 @@ VerbAction add_design(CLI::App &);
 VerbAction add_bench(CLI::App &);
 VerbAction add_device(CLI::App &);
 VerbAction add_study(CLI::App &);
+VerbAction add_view(CLI::App &);
 
 } // namespace voxshell

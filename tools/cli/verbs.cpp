@@ -34,6 +34,10 @@ std::span<const Verb> verbs()
          "voxshell device doctor\nvoxshell device test sim:omega-3 --seconds 5 --plot late.svg", add_device},
         {"study", "what the method is worth, measured: figures, tables and one page",
          "voxshell study paper -o study", add_study},
+        {"view", "assets, a scene and its trace as a page that opens from disk",
+         "voxshell view part.voxmap part.pointshell -o part.html\nvoxshell view cup.scene.json trace.csv -o "
+         "cup.html",
+         add_view},
     };
     return table;
 }
