@@ -33,9 +33,11 @@ for scene in cup_press cup_slide cup_hold peg_in_hole; do
     voxshell simulate "$samples/$scene.scene.json" --assets "$out/$scene" --explain --force \
         --trace "$out/$scene.csv" --plot "$out/$scene.svg" --plot "$out/$scene.png" >"$out/$scene.txt"
     cat "$out/$scene.txt"
+    voxshell view "$samples/$scene.scene.json" "$out/$scene.csv" --assets "$out/$scene" -o "$out/$scene.html" --force
 done
 
 say "done"
 echo "traces    $out/cup_press.csv $out/cup_slide.csv $out/cup_hold.csv $out/peg_in_hole.csv"
 echo "pictures  $out/cup_press.svg $out/cup_slide.svg $out/cup_hold.svg $out/peg_in_hole.svg, and the same as .png"
+echo "pages     $out/cup_press.html $out/cup_slide.html $out/cup_hold.html $out/peg_in_hole.html: open them in a browser"
 sed -n 's/^ *force *at the hand \([0-9.]* N\) at most.*/peak force at the hand, pressing the cup: \1/p' "$out/cup_press.txt"

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How soon a page of `voxshell view` opens, and how fluid it is, in chromium that draws in software. Prints a table and, with --json,
-its numbers. Opening: from the browser's navigation to the first frame that is there, and to the first in full detail. Orbit: a turn of the view each
-frame, timed by the browser's animation frames; at 60 Hz none can be faster than 16.7 ms. The canvas is 1280 x 720.
+"""How soon a page of `voxshell view` opens, and how fluid it is, in chromium that draws in software: a page of Markdown, with --json its numbers too.
 
-    python3 tests/bench/view.py build/release/bin/voxshell [--json FILE] [NAME=FILE,FILE ...]
+    python3 tests/bench/view.py build/release/bin/voxshell [--json FILE] [NAME=FILE,FILE ...] > tests/bench/results/view.md
 
-Without a NAME=FILE the sample's sphere and cup and a sphere in a million cells, alone and with its points."""
+Without a NAME=FILE the samples' cup, and cup and sphere in a million cells."""
 import argparse
 import json
 import os
@@ -62,6 +60,21 @@ def measure(page, repeats):
     return {**best, 'opened': min(r['opened'] for r in runs), 'complete': min(r['complete'] for r in runs), 'fps_worst': min(r['fps'] for r in runs)}
 
 
+def head(tool):
+    cpu = next((line.split(':')[1].strip() for line in open('/proc/cpuinfo', encoding='utf-8') if line.startswith('model name')), 'unknown processor')
+    seen = subprocess.run([browser.find(), '--version'], capture_output=True, text=True, check=False).stdout.strip()
+    return f'''# Pages without a graphics card
+
+{cpu}, {os.cpu_count()} cores; {seen}, WebGL by SwiftShader; {subprocess.run([tool, '--version'], capture_output=True, text=True, check=True).stdout.strip()}; load before {os.getloadavg()[0]:.1f}.
+
+`tests/bench/view.py` makes this page. The canvas is {WIDE} x {HIGH}. Opens: from the navigation to the first frame; full: to the first frame in full detail. Orbit: a turn of the view at each animation frame, {FRAMES} of them
+after {WARM}; at 60 Hz none is faster than 16.7 ms. Frames a second are the best of several rounds and the worst, since other programs take time from the browser and never give it any. Rectangles are what faces are merged into: at
+rest, and in the last frame of the orbit, where an edge of a cell has so many pixels.
+
+| page | surface cells | points | size | made in | opens | full | frames/s | worst round | p95 | rectangles | moving | edge |
+|---|---|---|---|---|---|---|---|---|---|---|---|---|'''
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[0])
     parser.add_argument('voxshell')
@@ -81,7 +94,7 @@ def main():
                 run('convert', samples / f'{part}.glb', '--voxel', voxel, '-o', name, '-q')
             pages = {'cup, 1 mm': 'coarse/cup.voxmap', 'cup, 0.235 mm': 'cup/cup.voxmap', 'sphere, 64.5 um': 'fine/sphere.voxmap',
                      'the same with its points': 'fine/sphere.voxmap,fine/sphere.pointshell'}
-        print(f'{"page":26} {"cells":>9} {"points":>9} {"page":>9} {"made":>6} {"opens":>7} {"full":>7} {"fps":>5} {"least":>5} {"p95":>7} {"rectangles":>10} {"moving":>7} {"edge":>7}')
+        print(head(tool))
         for name, files in pages.items():
             begin = time.monotonic()
             told = json.loads(run('view', *files.split(','), '-o', 'page.html', '--force', '--format', 'json', '-q'))
@@ -89,8 +102,9 @@ def main():
             found = measure(pathlib.Path(folder, 'page.html'), options.repeats)
             count = lambda what: sum(body.get(what, 0) for body in told['bodies'])
             results.append({'page': name, 'surface_cells': count('surface_cells'), 'points': count('points'), 'bytes': told['page']['bytes'], 'made_s': made, **found})
-            print(f'{name:26} {count("surface_cells"):9} {count("points"):9} {told["page"]["bytes"] / 1024:6.0f} KiB {made:5.2f}s {found["opened"]:5.0f}ms {found["complete"]:5.0f}ms '
-                  f'{found["fps"]:5.1f} {found["fps_worst"]:5.1f} {found["p95"]:5.1f}ms {found["faces"]:10} {found["moving_faces"]:7} {found["edge"]:5.1f}px{" rough" if found["rough"] else ""}', flush=True)
+            print(f'| {name} | {count("surface_cells"):,} | {count("points"):,} | {told["page"]["bytes"] / 1024:.0f} KiB | {made:.1f} s | {found["opened"] / 1000:.2f} s | {found["complete"] / 1000:.2f} s '
+                  f'| {found["fps"]:.0f} | {found["fps_worst"]:.0f} | {found["p95"]:.0f} ms | {found["faces"]:,} | {found["moving_faces"]:,} | {found["edge"]:.1f} px{", fewer pixels" if found["rough"] else ""} |', flush=True)
+    print(f'\nLoad after: {os.getloadavg()[0]:.1f}.')
     if options.json:
         pathlib.Path(options.json).write_text(json.dumps(results, indent=1) + '\n', encoding='utf-8')
 

@@ -317,6 +317,25 @@ class SeenTest(ViewCase):
         cells = self.stage(seen)
         self.assertGreater(self.drawn(cells), area(0.01))
         self.assertLess(self.drawn(cells), area(0.01 + 0.5e-3 * math.sqrt(3)))
+        # Every face that leads out of the cells, or out of its block of 32, is in a rectangle, once; axis by axis, both ways.
+        states = {tuple(int(row[axis]) for axis in 'ijk'): int(row['state']) for row in self.exported('out/ball.voxmap')}
+        first = seen.run('voxshell.bodies[0].cells.cells.origin')
+        block = lambda cell: tuple((x - o) // 32 for x, o in zip(cell, first))
+        wanted = [0] * 6
+        for cell in (cell for cell, state in states.items() if state == 1):
+            for face in range(6):
+                beside = tuple(x + (face % 2 * 2 - 1) * (axis == face // 2) for axis, x in enumerate(cell))
+                wanted[face] += not states.get(beside) or block(beside) != block(cell)
+        found = seen.run('''(() => {
+            const areas = [0, 0, 0, 0, 0, 0];
+            for (const geometry of voxshell.bodies[0].cells.made[0].values()) {
+                const at = geometry.attributes.corner.array;
+                for (let n = 0; n < at.length; n += 16)
+                    areas[at[n + 3]] += [0, 1, 2].map(a => Math.abs(at[n + 8 + a] - at[n + a]) || 1).reduce((a, b) => a * b);
+            }
+            return areas;
+        })()''')
+        self.assertEqual(found, wanted)
         # Without cells nothing is left; with the points the silhouette again.
         self.click(seen, 'layer-0-cells')
         self.assertEqual(self.drawn(self.stage(seen)), 0)
@@ -419,6 +438,36 @@ class SeenTest(ViewCase):
         self.assertLess(least, len(rows) - 1)
         self.assertEqual(seen.run('voxshell.motion.row'), len(rows) - 1)
         self.settle(seen)
+
+    def test_sample(self):
+        """The picture in the READMEs is what the page shows: samples/pictures/view_cup_press.png, but for its texts."""
+        samples = pathlib.Path(os.environ.get('VOXSHELL_BUILD', 'none'), 'samples')
+        if not (samples / 'cup_press.scene.json').exists():
+            self.skipTest('the samples are not built')
+        self.run_voxshell('simulate', samples / 'cup_press.scene.json', '--trace', 'press.csv', '-q')
+        self.view(samples / 'cup_press.scene.json', 'press.csv')
+        with browser.Browser(browser.find(), seconds=120, graphics=browser.SOFTWARE_GL) as seen:
+            seen.open(self.path('page.html'), 1280, 720)
+            self.settle(seen)
+            self.click(seen, 'slice-2', 'layer-1-normals')
+            self.slide(seen, 'seek', 1100)
+            self.settle(seen, 'cup_press')
+            seen.screenshot(self.path('seen.png'))
+            small = '''(async () => {
+                const image = new Image();
+                image.src = 'data:image/png;base64,%s';
+                await image.decode();
+                const pen = Object.assign(document.createElement('canvas'), {width: 64, height: 48}).getContext('2d');
+                pen.imageSmoothingQuality = 'high';
+                pen.drawImage(image, 0, 0, 960, 720, 0, 0, 64, 48);
+                return [...pen.getImageData(0, 0, 64, 48).data];
+            })()'''
+            shown, kept = (seen.run(small % base64.b64encode(pathlib.Path(path).read_bytes()).decode())
+                           for path in (self.path('seen.png'), command.SOURCE / 'samples/pictures/view_cup_press.png'))
+            off = [abs(a - b) for a, b in zip(shown, kept)]
+            self.assertLess(sum(off) / len(off), 1.0)
+            self.assertLess(sum(o > 40 for o in off), 0.005 * len(off))
+            self.assertGreater(sum(abs(a - b) > 20 for a, b in zip(kept, (*BACKGROUND, 255) * (len(kept) // 4))), 0.1 * len(kept))
 
     def test_without_webgl(self):
         self.ball()

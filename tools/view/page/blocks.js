@@ -41,11 +41,12 @@ class Blocks {
   }
 
   fill(cells) {
-    const {at, surface, interior, solid} = cells, inside = [];
+    const {at, surface, interior, solid} = cells;
+    // A brick's bits, 64 bytes from 8 * 8 rows, or all of them.
     const put = (into, from, n, i, j, k) => {
       const shift = (k & 3) * 8;
       for (let row = 0; row < 64; ++row) {
-        const byte = from === null ? 255 : from[64 * n + row];
+        const byte = from ? from[64 * n + row] : 255;
         if (byte) into[((i & 3) * 8 + (row >> 3)) * SIDE + (j & 3) * 8 + (row & 7)] |= byte << shift;
       }
     };
@@ -53,18 +54,27 @@ class Blocks {
       for (let row = 0; row < 64; ++row) if (bytes[64 * n + row]) return true;
       return false;
     };
-    for (let n = 0; n < at.length / 3; ++n) {
-      const [i, j, k] = [at[3 * n], at[3 * n + 1], at[3 * n + 2]];
+    const brick = n => [at[3 * n], at[3 * n + 1], at[3 * n + 2]], bricks = at.length / 3;
+    for (let n = 0; n < bricks; ++n) {
+      const [i, j, k] = brick(n);
       if (any(surface, n)) put(this.block(0, i >> 2, j >> 2, k >> 2).surface, surface, n, i, j, k);
-      if (any(interior, n)) inside.push([interior, n, i, j, k]);
     }
-    for (let n = 0; n < solid.length; n += 4)
-      for (let k = solid[n + 2]; k <= solid[n + 3]; ++k) inside.push([null, 0, solid[n], solid[n + 1], k]);
     // Interior and free cells touch nowhere: a block without surface cells is all of one kind.
-    for (const [from, n, i, j, k] of inside) {
-      const block = this.levels[0].get(keyOf(i >> 2, j >> 2, k >> 2));
-      if (block) put(block.interior, from, n, i, j, k);
-      else this.solid[0].add(keyOf(i >> 2, j >> 2, k >> 2));
+    const inside = (key, fill) => {
+      const block = this.levels[0].get(key);
+      if (block) fill(block.interior);
+      else this.solid[0].add(key);
+    };
+    for (let n = 0; n < bricks; ++n) {
+      const [i, j, k] = brick(n);
+      if (any(interior, n)) inside(keyOf(i >> 2, j >> 2, k >> 2), bits => put(bits, interior, n, i, j, k));
+    }
+    for (let n = 0; n < solid.length; n += 4) {
+      const [i, j, first, last] = solid.subarray(n, n + 4);
+      for (let from = first; from <= last; from = (from | 3) + 1)
+        inside(keyOf(i >> 2, j >> 2, from >> 2), bits => {
+          for (let k = from; k <= Math.min(last, from | 3); ++k) put(bits, null, 0, i, j, k);
+        });
     }
   }
 
