@@ -281,7 +281,7 @@ class Body {
   }
 
   materials() {
-    return [this.cells && this.cells.material, this.pointMaterial, this.ringMaterial, this.meshMaterial].filter(Boolean);
+    return [this.cells && this.cells.plain, this.cells && this.cells.lined, this.pointMaterial, this.ringMaterial, this.meshMaterial].filter(Boolean);
   }
 
   place(instance, position, quaternion) {

@@ -14,43 +14,51 @@ const LIGHT = `
     return clamp(0.66 + 0.3 * dot(n, vec3(-0.4, 0.7, 0.6)) + 0.1 * n.z, 0.3, 1.06);
   }`;
 
-function cellMaterial(colour) {
+// With the lines between cells, or without: where cells are too small for them, and quicker.
+function cellMaterial(colour, lined) {
   return new THREE.ShaderMaterial({
     uniforms: {colour: {value: new THREE.Color(colour)}, lines: {value: 0}},
+    defines: lined ? {LINED: 1} : {},
     clipping: true,
-    extensions: {derivatives: true},
+    extensions: {derivatives: lined},
     vertexShader: `
       attribute vec4 corner;
+      uniform vec3 colour;
+      varying vec3 seen;
+      #ifdef LINED
       varying vec3 cell;
       varying vec3 across;
-      varying float shade;
+      #endif
       ${FACE_SHADING}${LIGHT}
       #include <clipping_planes_pars_vertex>
       void main() {
         vec3 n = faceNormal(corner.w);
+        #ifdef LINED
         cell = corner.xyz;
         across = vec3(1.0) - abs(n);
-        shade = lit(normalize(normalMatrix * n));
+        #endif
+        seen = colour * lit(normalize(normalMatrix * n));
         vec4 mvPosition = modelViewMatrix * vec4(corner.xyz, 1.0);
         gl_Position = projectionMatrix * mvPosition;
         #include <clipping_planes_vertex>
       }`,
     fragmentShader: `
-      uniform vec3 colour;
+      varying vec3 seen;
+      #ifdef LINED
       uniform float lines;
       varying vec3 cell;
       varying vec3 across;
-      varying float shade;
+      #endif
       #include <clipping_planes_pars_fragment>
       void main() {
         #include <clipping_planes_fragment>
-        float dark = 0.0;
-        if (lines > 0.0) {
-          vec3 wide = max(fwidth(cell), vec3(1e-5));
-          vec3 off = abs(fract(cell - 0.5) - 0.5) / wide + 10.0 * (vec3(1.0) - across);
-          dark = lines * (1.0 - smoothstep(0.4, 1.4, min(off.x, min(off.y, off.z))));
-        }
-        gl_FragColor = vec4(colour * shade * (1.0 - 0.35 * dark), 1.0);
+        float light = 1.0;
+        #ifdef LINED
+        vec3 wide = max(fwidth(cell), vec3(1e-5));
+        vec3 off = abs(fract(cell - 0.5) - 0.5) / wide + 10.0 * (vec3(1.0) - across);
+        light = 1.0 - 0.35 * lines * (1.0 - smoothstep(0.4, 1.4, min(off.x, min(off.y, off.z))));
+        #endif
+        gl_FragColor = vec4(seen * light, 1.0);
       }`,
   });
 }
@@ -77,8 +85,16 @@ class CellFaces {
     this.cells = cells;
     this.blocks = new Blocks(cells);
     this.made = this.blocks.levels.map(() => new Map());
-    this.material = cellMaterial(colour);
+    this.plain = cellMaterial(colour, false);
+    this.lined = cellMaterial(colour, true);
+    this.material = this.plain;
     this.faces = 0;
+  }
+
+  // How dark the lines between cells are, 0 to 1.
+  lines(dark) {
+    this.material = dark > 0 ? this.lined : this.plain;
+    this.lined.uniforms.lines.value = dark;
   }
 
   ready(level, key) {
@@ -114,8 +130,8 @@ class CellInstance {
     const name = level + ':' + key;
     let mesh = this.meshes.get(name);
     if (!mesh) {
-      const {cells, blocks, material} = this.shared, edge = cells.voxel * 2 ** level;
-      mesh = new THREE.Mesh(this.shared.geometry(level, key), material);
+      const {cells, blocks} = this.shared, edge = cells.voxel * 2 ** level;
+      mesh = new THREE.Mesh(this.shared.geometry(level, key), this.shared.material);
       const at = blocks.levels[level].get(key).at;
       mesh.position.set(...at.map((x, n) => x * SIDE * edge + cells.origin[n] * cells.voxel));
       mesh.scale.setScalar(edge);
@@ -180,5 +196,10 @@ class CellInstance {
     };
     for (const key of blocks.levels[top].keys()) visit(top, key);
     return done;
+  }
+
+  // After all instances have been selected and it is known whether lines are drawn.
+  dress() {
+    for (const mesh of this.shown) mesh.material = this.shared.material;
   }
 }

@@ -31,6 +31,7 @@ class View {
     this.arrows = 1;
     this.coarse = 6; // pixels of a cell while the view moves
     this.finest = STILL.pixels; // and while it rests
+    this.fewest = 0.6; // of the pixels along an edge, while the view moves on a machine that is slow at the coarsest
     this.changed = true;
     this.drawn = {faces: 0, frames: 0, full: false, sharp: false};
     new ResizeObserver(() => this.touch()).observe(canvas);
@@ -127,7 +128,7 @@ class View {
     if (!still && this.moved) this.pace(now);
     this.last = now;
     this.moved = !still;
-    this.size(sharp ? Math.max(2, devicePixelRatio) : !still && this.rough ? 0.6 * devicePixelRatio : devicePixelRatio);
+    this.size(sharp ? Math.max(2, devicePixelRatio) : !still && this.rough ? this.fewest * devicePixelRatio : devicePixelRatio);
     this.planes();
     this.near();
     const full = this.draw(still);
@@ -162,7 +163,8 @@ class View {
         finest = Math.max(finest, instance.cells.finest);
       }
       const edge = body.cells.cells.voxel * metre;
-      body.cells.material.uniforms.lines.value = finest === 0 ? Math.max(0, Math.min(1, (edge - 4) / 4)) : 0;
+      body.cells.lines(finest === 0 ? Math.max(0, Math.min(1, (edge - 4) / 4)) : 0);
+      for (const instance of body.instances) instance.cells.dress();
     }
     if (this.motion) {
       this.motion.show(this.layers, this.arrows);
