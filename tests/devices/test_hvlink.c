@@ -237,5 +237,7 @@ int main(void)
     check_golden();
     check_damage();
     check_device();
+    printf("a device takes %zu bytes\n", sizeof(vxs_hvlink_device));
+    CHECK(sizeof(vxs_hvlink_device) <= 512);
     return 0;
 }
