@@ -255,7 +255,7 @@ class PageTest(ViewCase):
         for code, says, *arguments in (
                 (1, r"a page's name ends in \.html", shell, '-o', 'page.txt'), (1, 'a trace alone moves nothing', 'press.csv'),
                 (1, r'moves a \.pointshell', 'press.csv', 'out/ball.voxmap'), (1, 'one trace at a time', shell, 'press.csv', 'press.rec'),
-                (1, 'one scene or plan', 'press.scene.json', 'out/press.plan'), (1, 'STL has no unit', 'ball.stl'),
+                (1, 'one scene or plan', 'press.scene.json', 'out/press.plan'), (1, 'an STL file has no unit', 'ball.stl'),
                 (2, 'No such file', 'nothing.voxmap'), (2, 'nothing.csv', shell, 'nothing.csv'), (5, 'is not a .voxmap', 'press.scene.json', 'press.html'),
                 (3, 'line 3 is not 22 finite', shell, 'word.csv'), (3, 'line 2 is not 22', shell, 'nan.csv'), (3, 'line 2 is not 22', shell, 'short.csv'),
                 (3, 'is empty', shell, 'empty.csv'), (3, 'has no column t_s', shell, 'other.csv'), (3, 'has no row', shell, 'none.csv'),

@@ -41,8 +41,8 @@ struct BatchOptions {
 
 struct BatchInput {
     std::string path;
-    std::string name; ///< of its results below the output folder, with '/': "gears/left"
-    bool stl = false; ///< by its ending, of any case; else glTF
+    std::string name;         ///< of its results below the output folder, with '/': "gears/left"
+    const FileFormat *format; ///< by its ending
 };
 
 struct BatchInputs {
@@ -50,12 +50,10 @@ struct BatchInputs {
     std::vector<std::string> folders; ///< that were looked through: a file more there is a part more
 };
 
-/// Files as they are named, folders with all .stl, .gltf and .glb below them (sorted, hidden ones left out).
+/// Files as they are named, folders with all that importers read below them (sorted, hidden ones left out).
 /// Two that would write the same results are told apart by their ending ("a.stl", "a.glb"), else refused.
 /// Throws Failure: system (cannot be read), usage (nothing to do, the same twice).
 BatchInputs batch_inputs(const std::vector<std::string> &arguments);
-
-bool is_stl(const std::filesystem::path &path); ///< by its ending, of any case
 
 /// `wanted`: would be built, were it not a dry run.
 enum class PartState : std::uint8_t { built, cached, up_to_date, failed, not_begun, wanted };

@@ -31,7 +31,7 @@ std::vector<double> BatchJobs::weights() const
 Sha256 BatchJobs::key(const Sha256 &geometry, const BatchInput *file) const
 {
     json options = o_.effective;
-    if (!file || !file->stl) options["unit"] = nullptr; // it is in metres
+    if (!file || file->format->has_unit) options["unit"] = nullptr; // it is in metres
     const json text = {{"version", tool_version()},
                        {"formats",
                         {VXS_VOXMAP_VERSION_MAJOR, VXS_VOXMAP_VERSION_MINOR, VXS_POINTSHELL_VERSION_MAJOR,
@@ -46,7 +46,7 @@ Sha256 BatchJobs::key(const Sha256 &geometry, const BatchInput *file) const
 ImportOptions BatchJobs::import(const BatchInput &input) const
 {
     ImportOptions import = o_.part.import;
-    if (!input.stl) import.unit.reset();
+    if (input.format->has_unit) import.unit.reset();
     return import;
 }
 
@@ -65,7 +65,7 @@ void BatchJobs::plan(std::uint32_t number)
             return;
         }
         Sha256 &source = result_.inputs[number];
-        if (input.stl) {
+        if (!input.format->refers) {
             const std::optional<Sha256> hash = hash_of_file(input.path);
             if (!hash) throw Failure(ExitCode::system, "", "cannot read");
             source = *hash;
@@ -162,7 +162,9 @@ void BatchJobs::take(const WorkItem &item)
     const auto [known, is_new] = input_of_.try_emplace(item.input, own_.size());
     const auto number = static_cast<std::uint32_t>(known->second);
     if (is_new) {
-        own_.push_back({item.input, item.name, is_stl(item.input)});
+        own_.push_back({item.input, item.name, format_of(item.input)});
+        if (!own_.back().format)
+            throw Failure(ExitCode::invalid, item.input, "planned, but no importer reads it");
         result_.inputs.push_back(item.source);
         assemblies.emplace_back();
     }

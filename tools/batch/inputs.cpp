@@ -19,12 +19,6 @@ std::string lower_ending(const fs::path &path)
     return ending;
 }
 
-bool is_cad(const fs::path &path)
-{
-    const std::string ending = lower_ending(path);
-    return ending == ".stl" || ending == ".gltf" || ending == ".glb";
-}
-
 void add_folder(const fs::path &folder, BatchInputs &inputs)
 {
     std::vector<std::string> found;
@@ -35,23 +29,19 @@ void add_folder(const fs::path &folder, BatchInputs &inputs)
             continue;
         }
         if (at->is_directory()) inputs.folders.push_back(at->path().string());
-        if (at->is_regular_file() && is_cad(at->path())) found.push_back(at->path().string());
+        if (at->is_regular_file() && format_of(at->path())) found.push_back(at->path().string());
     }
     if (found.empty())
-        throw Failure(ExitCode::usage, folder.string(), "no .stl, .gltf or .glb in this folder");
+        throw Failure(ExitCode::usage, folder.string(),
+                      fmt::format("no {} in this folder", import_endings()));
     std::sort(found.begin(), found.end());
     for (const std::string &path : found)
         inputs.files.push_back(
             {path, fs::path(path).lexically_relative(folder).replace_extension("").generic_string(),
-             is_stl(path)});
+             format_of(path)});
 }
 
 } // namespace
-
-bool is_stl(const fs::path &path)
-{
-    return lower_ending(path) == ".stl";
-}
 
 BatchInputs batch_inputs(const std::vector<std::string> &arguments)
 {
@@ -64,9 +54,10 @@ BatchInputs batch_inputs(const std::vector<std::string> &arguments)
             add_folder(path, all);
             continue;
         }
-        if (!is_cad(path))
-            throw Failure(ExitCode::usage, argument, "is neither a folder nor an .stl, .gltf or .glb");
-        inputs.push_back({argument, path.stem().string(), is_stl(path)});
+        if (!format_of(path))
+            throw Failure(ExitCode::usage, argument,
+                          fmt::format("is neither a folder nor one of {}", import_endings()));
+        inputs.push_back({argument, path.stem().string(), format_of(path)});
     }
     if (inputs.empty())
         throw Failure(ExitCode::usage, "", "nothing to convert: name files, folders or --filelist");

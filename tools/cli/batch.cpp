@@ -149,9 +149,9 @@ ExitCode run(const BatchChoice &o)
     if (!o.archive.empty()) check_archive_name(o.archive);
     if (o.voxel == 0 && !o.voxel_auto)
         throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm or --voxel auto");
-    const bool stl =
-        std::any_of(inputs.begin(), inputs.end(), [](const BatchInput &input) { return input.stl; });
-    if (stl && o.unit.empty())
+    const bool lacks_unit = std::any_of(inputs.begin(), inputs.end(),
+                                        [](const BatchInput &input) { return !input.format->has_unit; });
+    if (lacks_unit && o.unit.empty())
         throw Failure(ExitCode::usage, "", "an STL file has no unit; say --unit mm (or cm, m, in)");
 
     BatchOptions options;

@@ -37,12 +37,10 @@ struct ConvertOptions : SharedOptions, PartChoice {
 };
 
 /// What an input is, decided by its ending alone.
-enum class InputKind { stl, gltf, scene };
-
 struct Input {
     fs::path path;
-    InputKind kind;
-    std::string name; ///< of its outputs
+    const FileFormat *format; ///< none: a scene
+    std::string name;         ///< of its outputs
 };
 
 Input input_of(const std::string &text)
@@ -50,25 +48,24 @@ Input input_of(const std::string &text)
     const fs::path path(text);
     std::string name = path.filename().string();
     const std::size_t dot = name.rfind('.');
-    std::string ending = dot == std::string::npos ? "" : name.substr(dot);
-    for (char &c : ending)
-        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    const std::string ending = dot == std::string::npos ? "" : name.substr(dot);
     if (dot != std::string::npos) name.resize(dot);
     if (name.empty()) throw Failure(ExitCode::usage, text, "has no name before its ending");
-    if (is_scene(path)) return {path, InputKind::scene, scene_name(path)};
-    if (ending == ".stl") return {path, InputKind::stl, name};
-    if (ending == ".gltf" || ending == ".glb") return {path, InputKind::gltf, name};
-    throw Failure(ExitCode::unsupported, text,
-                  ending.empty()
-                      ? "has no ending; .stl, .gltf, .glb, .scene.json, .scene.gltf or .scene.glb is needed"
-                      : fmt::format("the ending '{}' is not one of .stl, .gltf, .glb, .scene.json", ending));
+    if (is_scene(path)) return {path, nullptr, scene_name(path)};
+    if (const FileFormat *format = format_of(path)) return {path, format, name};
+    throw Failure(
+        ExitCode::unsupported, text,
+        ending.empty()
+            ? fmt::format("has no ending; {}, .scene.json, .scene.gltf or .scene.glb is needed",
+                          import_endings())
+            : fmt::format("the ending '{}' is not one of {}, .scene.json", ending, import_endings()));
 }
 
 std::vector<Input> inputs_of(const ConvertOptions &o)
 {
     std::vector<Input> inputs;
     std::map<std::string, std::string> names;
-    bool stl = false;
+    bool lacks_unit = false;
     for (const std::string &text : o.inputs) {
         inputs.push_back(input_of(text));
         const Input &input = inputs.back();
@@ -76,16 +73,17 @@ std::vector<Input> inputs_of(const ConvertOptions &o)
         if (!is_new)
             throw Failure(ExitCode::usage, text,
                           fmt::format("and {} would both write {}.voxmap", other->second, input.name));
-        stl |= input.kind == InputKind::stl;
-        if (input.kind == InputKind::stl && o.unit.empty())
+        if (!input.format || input.format->has_unit) continue;
+        lacks_unit = true;
+        if (o.unit.empty())
             throw Failure(ExitCode::usage, text, "an STL file has no unit; say --unit mm (or cm, m, in)");
     }
-    const auto is_scene = [](const Input &input) { return input.kind == InputKind::scene; };
+    const auto is_scene = [](const Input &input) { return !input.format; };
     if (o.voxel == 0 && !o.voxel_auto && !std::all_of(inputs.begin(), inputs.end(), is_scene))
         throw Failure(ExitCode::usage, "", "--voxel is required, as in --voxel 0.5mm or --voxel auto");
     if ((o.voxel != 0 || o.voxel_auto || o.up != "y") && std::any_of(inputs.begin(), inputs.end(), is_scene))
         throw Failure(ExitCode::usage, "", "--voxel and --up: not for a scene, it says these itself");
-    if (!o.unit.empty() && !stl)
+    if (!o.unit.empty() && !lacks_unit)
         throw Failure(ExitCode::usage, "", "--unit: only for STL, glTF is in metres");
     return inputs;
 }
@@ -161,7 +159,7 @@ class Convert {
     ImportOptions import_options(const Input &input) const
     {
         ImportOptions import;
-        if (input.kind == InputKind::stl) import.unit = parse_unit(o_.unit);
+        if (input.format && !input.format->has_unit) import.unit = parse_unit(o_.unit);
         import.z_up = o_.up == "z";
         return import;
     }
@@ -170,7 +168,7 @@ class Convert {
     {
         PartOptions options = part_options_;
         options.import = import_options(input);
-        if (input.kind != InputKind::scene) {
+        if (input.format) {
             Scene scene = read(input);
             const Part part = convert_part(std::move(scene), options, *progress_); // leaves hash and files
             chosen_.insert(part.voxel);
@@ -303,7 +301,7 @@ class Convert {
 
     void foresee(const Input &input)
     {
-        if (input.kind != InputKind::scene) {
+        if (input.format) {
             foresee(input, input.path.filename().string(), read(input), o_.voxel);
             return;
         }
@@ -321,8 +319,7 @@ class Convert {
         options.voxel = voxel;
         warn(input, scene.warnings);
         const Foreseen foreseen = voxshell::foresee(scene, options, *progress_);
-        foreseen_["estimates"].push_back(
-            foreseen_json(input.kind == InputKind::scene ? label : input.name, foreseen));
+        foreseen_["estimates"].push_back(foreseen_json(!input.format ? label : input.name, foreseen));
         if (!o_.json) tell_foreseen(label, foreseen);
     }
 

@@ -38,12 +38,6 @@ std::string ending_of(const fs::path &path)
     return ending;
 }
 
-bool is_mesh(const fs::path &path)
-{
-    const std::string ending = ending_of(path);
-    return ending == ".stl" || ending == ".glb" || ending == ".gltf";
-}
-
 bool is_record(const fs::path &path)
 {
     const std::string ending = ending_of(path);
@@ -103,7 +97,7 @@ class View {
             recorded_ = read_recorded(path, hand_ ? &*hand_ : nullptr);
         } else if (is_scene(path)) {
             add_scene(path);
-        } else if (is_mesh(path)) {
+        } else if (format_of(path)) {
             add_mesh(path);
         } else if (ending_of(path) == ".json") {
             add_assembly(path);
@@ -190,9 +184,10 @@ class View {
     void add_mesh(const fs::path &path)
     {
         ImportOptions options;
-        if (ending_of(path) == ".stl") {
+        if (!format_of(path)->has_unit) {
             if (o_.unit.empty())
-                throw Failure(ExitCode::usage, path.string(), "STL has no unit: say --unit mm, cm, m or in");
+                throw Failure(ExitCode::usage, path.string(),
+                              "an STL file has no unit; say --unit mm (or cm, m, in)");
             options.unit = parse_unit(o_.unit);
         }
         options.z_up = o_.up == "z";

@@ -17,15 +17,23 @@ namespace voxshell {
 namespace {
 
 struct Importer {
-    const char *ending;
+    FileFormat format;
     Scene (*import)(const Source &, const ImportOptions &);
 };
 
-constexpr Importer importers[] = {
-    {".stl", import_stl},
-    {".gltf", import_gltf},
-    {".glb", import_glb},
-};
+//                                    unit nodes refers
+constexpr Importer importers[] = {{{".stl", false, false, false}, import_stl},
+                                  {{".gltf", true, true, true}, import_gltf},
+                                  {{".glb", true, true, true}, import_glb}};
+
+const Importer *importer_of(const std::filesystem::path &path)
+{
+    std::string ending = path.extension().string();
+    for (char &c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    for (const Importer &importer : importers)
+        if (ending == importer.format.ending) return &importer;
+    return nullptr;
+}
 
 // What flatten() unfolds at most: a small file with many instances must not fill the memory.
 constexpr std::uint64_t max_flat = std::uint64_t{1} << 27;
@@ -112,19 +120,31 @@ std::string printable(std::string_view text, std::size_t limit)
     return text.size() > limit ? out + "..." : out;
 }
 
+const FileFormat *format_of(const std::filesystem::path &path)
+{
+    const Importer *importer = importer_of(path);
+    return importer ? &importer->format : nullptr;
+}
+
+std::string import_endings()
+{
+    std::string out;
+    for (const Importer &importer : importers)
+        out += (out.empty() ? "" : ", ") + std::string(importer.format.ending);
+    return out;
+}
+
 Scene import_scene(const std::filesystem::path &path, const ImportOptions &options)
 {
     const std::string name = path.string();
-    std::string ending = path.extension().string();
-    for (char &c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-    const Importer *importer = std::find_if(std::begin(importers), std::end(importers),
-                                            [&](const Importer &i) { return ending == i.ending; });
-    if (importer == std::end(importers)) {
+    const Importer *importer = importer_of(path);
+    if (!importer) {
         throw Failure(ExitCode::unsupported, name,
-                      fmt::format("the ending '{}' is none of .stl, .gltf, .glb", printable(ending, 20)));
+                      fmt::format("the ending '{}' is none of {}", printable(path.extension().string(), 20),
+                                  import_endings()));
     }
-    if (!options.node.empty() && importer->import == import_stl)
-        throw Failure(ExitCode::usage, name, "an STL file has no nodes");
+    if (!options.node.empty() && !importer->format.has_nodes)
+        throw Failure(ExitCode::usage, name, fmt::format("a {} file has no nodes", importer->format.ending));
     Bytes bytes = read_whole_file(path, name);
     Sha256Stream hash;
     hash.update(bytes);

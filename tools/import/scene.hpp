@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cli/failure.hpp"
+#include "import/point.hpp"
 
 #include <array>
 #include <cstdint>
@@ -13,7 +14,6 @@
 
 namespace voxshell {
 
-using Point = std::array<double, 3>;
 using Triangle = std::array<std::uint32_t, 3>; ///< vertex indices, counter-clockwise seen from outside
 
 /// Triangles in one frame, lengths in metres. Every index is below vertices.size(), every
@@ -71,7 +71,17 @@ struct ImportOptions {
                 ///< applied); refused unless its name occurs once and its pose is one of a solid
 };
 
-/// Reads `path` by its ending (.stl .gltf .glb, any case). Throws Failure with the file's path: system
+/// What an importer's files are, told by their ending, of any case.
+struct FileFormat {
+    const char *ending;
+    bool has_unit;  ///< else ImportOptions::unit has to say it
+    bool has_nodes; ///< ImportOptions::node
+    bool refers;    ///< other files may belong to it
+};
+const FileFormat *format_of(const std::filesystem::path &path); ///< nullptr: nobody reads it
+std::string import_endings();                                   ///< ".stl, .gltf, .glb"
+
+/// Reads `path` by its ending. Throws Failure with the file's path: system
 /// (cannot read), invalid (not what it says it is), unsupported (valid but not readable by us).
 /// Never returns a scene without triangles, with an index out of range or a non-finite coordinate.
 Scene import_scene(const std::filesystem::path &path, const ImportOptions &options);

@@ -17,21 +17,6 @@ constexpr std::uint32_t sample_count = 4096;
 constexpr std::uint32_t tests_per_ray = 20000; // a ray through a hundred walls needs some hundreds
 constexpr double facets = 0.02;                // a polygon of 16 corners is 1.9 % thinner than its circle
 
-Point minus(const Point &a, const Point &b)
-{
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-Point cross(const Point &a, const Point &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double norm(const Point &a)
-{
-    return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-}
-
 struct Hit {
     double t;
     int leaves; // 1: the ray leaves through this face, -1: it enters
@@ -123,7 +108,7 @@ Thickness thickness(const Mesh &mesh, Progress &progress)
         const auto &[a, b, c] = mesh.triangles[t];
         normals[t] =
             cross(minus(mesh.vertices[b], mesh.vertices[a]), minus(mesh.vertices[c], mesh.vertices[a]));
-        until[t] = area += norm(normals[t]);
+        until[t] = area += length(normals[t]);
         for (const std::uint32_t v : mesh.triangles[t])
             for (const double x : mesh.vertices[v]) largest = std::max(largest, std::abs(x));
     }
@@ -146,13 +131,13 @@ Thickness thickness(const Mesh &mesh, Progress &progress)
                    v = std::fmod(0.5 + 0.5698402909980532 * s, 1.0);
             if (u + v > 1) u = 1 - u, v = 1 - v;
             const auto &[a, b, c] = mesh.triangles[t];
-            const double length = norm(normals[t]);
-            if (!(length > 0)) continue;
+            const double size = length(normals[t]);
+            if (!(size > 0)) continue;
             Point inward{};
             for (int i = 0; i < 3; ++i) {
                 places[s][i] = mesh.vertices[a][i] + u * (mesh.vertices[b][i] - mesh.vertices[a][i]) +
                                v * (mesh.vertices[c][i] - mesh.vertices[a][i]);
-                inward[i] = -normals[t][i] / length;
+                inward[i] = -normals[t][i] / size;
             }
             looks[s] = look(tree, mesh, {places[s], inward, -touching}, t, touching, hits);
         }

@@ -52,19 +52,6 @@ struct Shape { // what a node needs of its children while the tree is built
     Box box{};
 };
 
-Point minus(const Point &a, const Point &b)
-{
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-Point cross(const Point &a, const Point &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 // From the eye at 0. On the triangle's own plane it is 0: the mean of both sides.
 double half_solid_angle(const Point &a, const Point &b, const Point &c)
 {

@@ -11,21 +11,6 @@ namespace {
 
 constexpr std::uint32_t leaf_triangles = 4;
 
-Point minus(const Point &a, const Point &b)
-{
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point cross(const Point &a, const Point &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 double squared_distance_to_segment(const Point &p, const Point &a, const Point &b)
 {
     const Point ab = minus(b, a), ap = minus(p, a);

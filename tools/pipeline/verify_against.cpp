@@ -18,11 +18,6 @@ namespace {
 
 constexpr std::size_t max_samples = 2'000'000, max_probes = 100'000;
 
-double length(const Point &a)
-{
-    return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-}
-
 Point between(const Point &a, const Point &b)
 {
     return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};

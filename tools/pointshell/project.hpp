@@ -2,6 +2,7 @@
 // One cell, one triangle: the paper's projectPoint (section 2.1).
 #pragma once
 
+#include "import/point.hpp"
 #include "voxmap/lattice.hpp"
 
 #include <array>
@@ -9,7 +10,7 @@
 
 namespace voxshell {
 
-using Vec = std::array<double, 3>;
+using Vec = Point;
 
 __extension__ typedef __int128 Wide;
 
@@ -69,14 +70,6 @@ inline Vec operator+(const Vec &a, const Vec &b)
 inline Vec operator*(double s, const Vec &a)
 {
     return {s * a[0], s * a[1], s * a[2]};
-}
-inline double dot(const Vec &a, const Vec &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-inline Vec cross(const Vec &a, const Vec &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
 } // namespace voxshell

@@ -13,10 +13,6 @@ constexpr double opposed = -0.766;   // cosine of 140 degrees
 constexpr double considerable = 0.1; // share of the area that makes a side
 constexpr double along = 0.174;      // cosine of 80 degrees: less, and the mean lies in the surface
 
-double length(const Vec &v)
-{
-    return std::sqrt(dot(v, v));
-}
 // Eigenvector of the largest eigenvalue of a symmetric matrix (xx yy zz xy xz yz), by Jacobi rotations.
 Vec principal_axis(const std::array<double, 6> &m)
 {

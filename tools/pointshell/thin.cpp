@@ -20,11 +20,6 @@ int block_of(const ShellPoint &p)
     return p.cell & 0b110'110'110;
 }
 
-double dot(const std::array<double, 3> &a, const std::array<double, 3> &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 std::array<double, 3> wide(const std::array<float, 3> &v)
 {
     return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};

@@ -97,15 +97,16 @@ ScenePart part(const JsonPlace &at, const std::filesystem::path &folder, bool mo
         }
         result.import.unit = *metres;
     }
-    const bool is_stl = has_ending(name, ".stl");
-    if (object.find("unit") && !is_stl) {
+    const FileFormat *format = format_of(name);
+    const bool lacks_unit = format && !format->has_unit;
+    if (object.find("unit") && !lacks_unit) {
         object.get("unit").refuse("only for STL, glTF is in metres");
     }
-    if (is_stl && !result.import.unit) {
+    if (lacks_unit && !result.import.unit) {
         at.refuse("lacks \"unit\": an STL file has none; say \"unit\": \"mm\"");
     }
     if (const auto node = object.find("node")) {
-        if (is_stl) node->refuse("only of glTF: an STL file has no nodes");
+        if (format && !format->has_nodes) node->refuse("only of glTF: an STL file has no nodes");
         if (const auto up = object.find("up")) up->refuse("not with a node: its file says how it stands");
         result.import.node = node->string("the name of a node");
         if (result.import.node.empty()) node->refuse("must be the name of a node");

@@ -30,16 +30,6 @@ constexpr double least_reach = 3; ///< of convert, for a scene [cells]
 constexpr double most_cells = 4e7, quick_cells = 4e6, most_points = 3e5, quick_points = 3e4;
 constexpr double most_visits = 1.5e7; ///< points x ticks of a walk: beyond it windows get shorter
 
-double length(const Point &a)
-{
-    return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-}
-
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /// "VmRSS:" or "VmHWM:" [bytes].
 double memory_line(const std::string &name)
 {

@@ -25,16 +25,6 @@ constexpr double trace_seconds = 2, most_shift = 0.3;
 constexpr double tie = 1e-5;       ///< [cells] to a plane: several roundings of a float
 constexpr double off_plane = 0.29; ///< [cells]: no half, third or quarter
 
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point cross(const Point &a, const Point &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 Point difference(const Point &a, const Point &b)
 {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};

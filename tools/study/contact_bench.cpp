@@ -36,16 +36,6 @@ struct Mode {
                        {"culled", VXS_CONTACT_FASTEST, VXS_CONTACT_CULLED},
                        {"coherent", VXS_CONTACT_FASTEST, VXS_CONTACT_COHERENT}};
 
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point cross(const Point &a, const Point &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 Point scaled(const Point &a, double factor)
 {
     return {a[0] * factor, a[1] * factor, a[2] * factor};

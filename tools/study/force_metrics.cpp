@@ -16,16 +16,6 @@ constexpr double pi = std::numbers::pi;
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_across = 1e-9; ///< share of the normal force that is rounding
 
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-double length(const Point &a)
-{
-    return std::sqrt(dot(a, a));
-}
-
 Point apart(const Point &a, const Point &b, double scale)
 {
     return {a[0] - scale * b[0], a[1] - scale * b[1], a[2] - scale * b[2]};

@@ -26,26 +26,6 @@ Point between(const Point &a, const Point &b)
     return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
 }
 
-Point minus(const Point &a, const Point &b)
-{
-    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Point cross(const Point &a, const Point &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-double length(const Point &a)
-{
-    return std::sqrt(dot(a, a));
-}
-
 double reach(const Corners &t, const Point &from)
 {
     return std::max({length(minus(t[0], from)), length(minus(t[1], from)), length(minus(t[2], from))});

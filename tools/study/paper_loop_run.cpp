@@ -26,11 +26,6 @@ constexpr double pi = std::numbers::pi, nothing = std::numeric_limits<double>::q
 constexpr double rest_seconds = 0.5, clear_way = 0.02, hold_seconds = 1.5, slide_seconds = 4;
 constexpr double settle_seconds = 0.5; ///< of the approach, not counted in what is felt along the path
 
-double dot(const Point &a, const Point &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /// Outwards, where the object meets what stands first; and a point of the surface there.
 struct Place {
     Point out, at;

@@ -21,11 +21,6 @@ Point add(const Point &a, double x, const Point &b)
     return {a[0] + x * b[0], a[1] + x * b[1], a[2] + x * b[2]};
 }
 
-Point cross(const Point &a, const Point &b)
-{
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 /// A ball's force on a flat elastic foundation: the volume sunk in, over pi.
 double cap(double radius, double depth)
 {

@@ -17,11 +17,6 @@ namespace {
 
 constexpr std::string_view recording = "VXSREC01";
 
-double length(const Point &v)
-{
-    return std::hypot(v[0], v[1], v[2]);
-}
-
 /// Rows one by one; of each `stride` the one of most force is kept.
 class Thinned {
   public:

@@ -50,10 +50,6 @@ void make_layers(const Cells &cells, int count, Channels &out, Progress &progres
     out.layer_count = count;
 }
 
-double dot(const Vec &a, const Vec &b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 Vec minus(const Vec &a, const Vec &b)
 {
     return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
