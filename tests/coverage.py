@@ -5,6 +5,7 @@
     cmake --preset coverage && cmake --build --preset coverage      clang-14, libclang-rt-14-dev, llvm-14
     tests/coverage.py                    the whole of ctest, then a table; some tests: -R REGEX or -L LABEL
     tests/coverage.py --table            the table again
+    tests/coverage.py --build FOLDER     another folder: the runtime alone is a matter of minutes (-DVOXSHELL_TOOLS=OFF)
     tests/coverage.py --missing runtime  lines with a branch that is not taken both ways, of files whose path begins so
 
 A branch is a way out of a condition as it is written (true and false of each operand of &&, ||, ?: and if); what the
@@ -19,9 +20,6 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-BUILD = ROOT / "build/coverage"
-PROFILES = BUILD / "profiles"
-MERGED = PROFILES / "all.profdata"
 
 
 def tool(name):
@@ -31,25 +29,26 @@ def tool(name):
     sys.exit(f"coverage.py: error: no {name} here (Debian: llvm-14)")
 
 
-def run_tests(arguments):
-    PROFILES.mkdir(exist_ok=True)
-    for old in PROFILES.glob("*.prof*"):
+def run_tests(build, arguments):
+    profiles = build / "profiles"
+    profiles.mkdir(exist_ok=True)
+    for old in profiles.glob("*.prof*"):
         old.unlink()
     # A pool of two files a program, into which each run adds its counts.
-    environment = os.environ | {"LLVM_PROFILE_FILE": str(PROFILES / "%2m.profraw")}
+    environment = os.environ | {"LLVM_PROFILE_FILE": str(profiles / "%2m.profraw")}
     # Instrumented code takes a few times as long; what a machine is slow at is no finding here.
-    subprocess.run(["ctest", "--test-dir", str(BUILD), "--timeout", "3600", *arguments], env=environment, check=False)
-    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "-o", str(MERGED), *map(str, PROFILES.glob("*.profraw"))],
+    subprocess.run(["ctest", "--test-dir", str(build), "--timeout", "3600", *arguments], env=environment, check=False)
+    subprocess.run([tool("llvm-profdata"), "merge", "-sparse", "--failure-mode=all", "-o", str(profiles / "all.profdata"), *map(str, profiles.glob("*.profraw"))],
                    check=True)
 
 
-def counts():
-    programs = [p for p in sorted((BUILD / "bin").iterdir()) if p.is_file() and os.access(p, os.X_OK)]
+def counts(build):
+    programs = [p for p in sorted((build / "bin").iterdir()) if p.is_file() and os.access(p, os.X_OK)]
     objects = [str(programs[0])] + [word for p in programs[1:] for word in ("-object", str(p))]
-    told = subprocess.run([tool("llvm-cov"), "export", "-skip-expansions", "-instr-profile", str(MERGED), *objects,
-                           str(ROOT / "runtime/src"), str(ROOT / "runtime/include"), str(ROOT / "tools"), str(ROOT / "formats")],
+    told = subprocess.run([tool("llvm-cov"), "export", "-skip-expansions", "-instr-profile", str(build / "profiles/all.profdata"), *objects],
                           stdout=subprocess.PIPE, check=True)
-    return [(os.path.relpath(file["filename"], ROOT), file) for file in json.loads(told.stdout)["data"][0]["files"]]
+    files = [(os.path.relpath(file["filename"], ROOT), file) for file in json.loads(told.stdout)["data"][0]["files"]]
+    return [(path, file) for path, file in files if path.startswith(("runtime/", "tools/"))]
 
 
 def branches_of(file):
@@ -100,12 +99,13 @@ def missing(files, prefix):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/coverage")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--missing", metavar="PATH")
     options, rest = parser.parse_known_args()
     if not options.table and not options.missing:
-        run_tests(rest)
-    files = counts()
+        run_tests(options.build.resolve(), rest)
+    files = counts(options.build.resolve())
     if options.missing:
         missing(files, options.missing)
     else:
