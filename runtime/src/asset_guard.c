@@ -86,7 +86,7 @@ vxs_result vxs_asset_guard(const vxs_asset *asset)
     if (result == VXS_OK && n == MOST) result = VXS_LIMIT;
     if (result == VXS_OK) {
         atomic_store(&guarded[n].is_lost, 0);
-        atomic_store(&guarded[n].end, (first + asset->mapped_size + page_size - 1) / page_size * page_size);
+        atomic_store(&guarded[n].end, (first + (uintptr_t)asset->mapped_size + page_size - 1) / page_size * page_size);
         atomic_store(&guarded[n].first, first);
     }
     atomic_flag_clear(&is_changing);

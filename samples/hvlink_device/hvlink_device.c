@@ -140,7 +140,7 @@ int main(int count, char **arguments)
             tcflush(file, TCIOFLUSH); /* nobody listens: what is old is of no use */
         next += 1000;
         if (next < now) next = now;
-        const struct timespec pause = {.tv_nsec = (next - now) * 1000};
+        const struct timespec pause = {.tv_nsec = (long)(next - now) * 1000};
         nanosleep(&pause, NULL);
     }
     double force = sqrt(t.force[0] * t.force[0] + t.force[1] * t.force[1] + t.force[2] * t.force[2]);

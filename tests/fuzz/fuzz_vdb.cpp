@@ -102,7 +102,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t *bytes, std::size_t size)
     return 0;
 }
 
-/// One of four is a .vdb; the others, what the reader's process says of one.
+/// One of four is a .vdb; the others, what the reader's process says of one. The sixth was found, and is kept: a refusal
+/// without a word.
 std::size_t fuzz_seed(std::uint32_t number, std::uint8_t *bytes, std::size_t most)
 {
     const Cells cells = some_cells(number & 1);
@@ -118,6 +119,12 @@ std::size_t fuzz_seed(std::uint32_t number, std::uint8_t *bytes, std::size_t mos
         seed.resize(static_cast<std::size_t>(lseek(stream, 0, SEEK_CUR)));
         FUZZ_CHECK(pread(stream, seed.data(), seed.size(), 0) == static_cast<ssize_t>(seed.size()));
         close(stream);
+    }
+    if (number == 5) {
+        std::ifstream file(VXS_TEST_SOURCE_DIR "/tests/fuzz/corpus/refused_without_a_word.vdb_answer",
+                           std::ios::binary);
+        seed.assign(std::istreambuf_iterator<char>(file), {});
+        FUZZ_CHECK(!seed.empty());
     }
     if (seed.size() > most) return 0;
     std::memcpy(bytes, seed.data(), seed.size());

@@ -191,9 +191,9 @@ static uint32_t make_brick(map_maker *m, const int64_t corner[3])
     }
     if (is_uniform) return first;
     uint64_t n = m->brick_count++;
-    m->bricks = realloc(m->bricks, m->brick_count * 128);
-    m->layers = realloc(m->layers, m->brick_count * 512);
-    m->distances = realloc(m->distances, m->brick_count * 1024);
+    m->bricks = realloc(m->bricks, (size_t)m->brick_count * 128);
+    m->layers = realloc(m->layers, (size_t)m->brick_count * 512);
+    m->distances = realloc(m->distances, (size_t)m->brick_count * 1024);
     CHECK(m->bricks && m->layers && m->distances);
     memcpy(m->bricks + n * 16, words, sizeof words);
     memcpy(m->layers + n * 512, layers, sizeof layers);
@@ -213,7 +213,7 @@ static uint32_t make_chunk(map_maker *m, const int64_t corner[3])
     }
     if (is_uniform) return entries[0];
     uint64_t n = m->chunk_count++;
-    m->chunks = realloc(m->chunks, m->chunk_count * sizeof entries);
+    m->chunks = realloc(m->chunks, (size_t)m->chunk_count * sizeof entries);
     CHECK(m->chunks);
     memcpy(m->chunks + n * 512, entries, sizeof entries);
     return (uint32_t)(4 + n);

@@ -142,6 +142,7 @@ VdbFile receive_vdb(Answers &reader, std::uint64_t memory)
     VdbFile file;
     if (answer.code != 0) {
         if (!reader.read_text(file.meta, answer.meta)) give_up();
+        require(!file.meta.empty(), "OpenVDB's reader gave up on this file without a word");
         const auto code = static_cast<ExitCode>(answer.code);
         const bool is_refusal = code >= ExitCode::usage && code <= ExitCode::unsupported;
         throw Failure(is_refusal ? code : ExitCode::invalid, "", printable(std::move(file.meta), 1000));
