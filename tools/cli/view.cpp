@@ -51,6 +51,15 @@ json pose_json(const Pose &pose)
     return {p[0], p[1], p[2], q[0], q[1], q[2], q[3]};
 }
 
+/// "459.6 cm2", "133.3 cm3": metres to the power of `dimension`, in the unit that suits.
+std::string format_measure(double value, int dimension)
+{
+    const double edge = std::pow(value, 1.0 / dimension);
+    const auto [unit, name] =
+        edge < 1e-2 ? std::pair{1e-3, "mm"} : std::pair{edge < 1 ? 1e-2 : 1.0, edge < 1 ? "cm" : "m"};
+    return fmt::format("{:.5g} {}{}", value / std::pow(unit, dimension), name, dimension);
+}
+
 double length(const Point &v)
 {
     return std::hypot(v[0], v[1], v[2]);
@@ -135,8 +144,9 @@ class View {
             const double inside = cell * facts.as_json["interior_cells"].get<double>();
             rows.push_back(
                 {"volume",
-                 fmt::format("{:.4g} to {:.4g} cm3", 1e6 * inside,
-                             1e6 * (inside + cell * facts.as_json["surface_cells"].get<double>()))});
+                 fmt::format(
+                     "{} to {}", format_measure(inside, 3),
+                     format_measure(inside + cell * facts.as_json["surface_cells"].get<double>(), 3))});
         }
         if (facts.as_json.contains("bytes"))
             rows.push_back({"file", format_size(facts.as_json["bytes"].get<std::uint64_t>())});
@@ -152,8 +162,8 @@ class View {
         Rows rows = {{"triangles", format_count(found.triangles)},
                      {"shells", format_count(found.shells)},
                      {"mesh", found.closed ? "closed" : "open"},
-                     {"area", fmt::format("{:.6g} cm2", 1e4 * found.area)}};
-        if (found.closed) rows.push_back({"volume", fmt::format("{:.6g} cm3", 1e6 * std::abs(found.volume))});
+                     {"area", format_measure(found.area, 2)}};
+        if (found.closed) rows.push_back({"volume", format_measure(std::abs(found.volume), 3)});
         figures(title, "", std::move(rows));
     }
 
@@ -260,6 +270,13 @@ class View {
     void add_assembly(const fs::path &path)
     {
         const AssemblyBodies assembly = read_assembly(path);
+        figures(assembly.name,
+                fmt::format("{} parts in {} places{}", format_count(assembly.parts.size()),
+                            format_count(assembly.instances),
+                            assembly.failed ? fmt::format(", {} without files", assembly.failed) : ""),
+                {{"parts", format_count(assembly.parts.size())},
+                 {"instances", format_count(assembly.instances)},
+                 {"failed", format_count(assembly.failed)}});
         for (const AssemblyBodies::Part &part : assembly.parts) {
             progress_->check();
             if (part.poses.empty()) continue;
@@ -267,10 +284,6 @@ class View {
             body["poses"] = json::array();
             for (const Pose &pose : part.poses) body["poses"].push_back(pose_json(pose));
         }
-        figures(path.filename().string(), assembly.name,
-                {{"parts", format_count(assembly.parts.size())},
-                 {"instances", format_count(assembly.instances)},
-                 {"failed", format_count(assembly.failed)}});
     }
 
     /// Where what goes by itself is at the rows' times.

@@ -46,21 +46,23 @@ function readPoints(layer) {
 
 function pointMaterial(colour, voxel) {
   return new THREE.ShaderMaterial({
-    uniforms: {colour: {value: new THREE.Color(colour)}, edge: {value: voxel}, pixels: {value: 1}, clustered: {value: 0}},
+    uniforms: {colour: {value: new THREE.Color(colour)}, edge: {value: voxel}, pixels: {value: 1}, clustered: {value: 0}, behind: {value: 0}},
     clipping: true,
     vertexShader: `
       attribute vec4 normal4;
       attribute vec4 own;
       uniform vec3 colour;
-      uniform float edge, pixels, clustered;
+      uniform float edge, pixels, clustered, behind;
       varying vec3 seen;
       ${LIGHT}
       #include <clipping_planes_pars_vertex>
       void main() {
         vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
         mvPosition.xyz -= 0.12 * edge * normalize(mvPosition.xyz); // before the mesh that it lies on
-        seen = mix(colour, own.xyz, clustered) * (0.35 + 0.75 * lit(normalize(normalMatrix * -normal4.xyz)));
+        vec3 outwards = normalize(normalMatrix * -normal4.xyz);
+        seen = mix(colour, own.xyz, clustered) * (0.35 + 0.75 * lit(outwards));
         gl_Position = projectionMatrix * mvPosition;
+        if (behind < 0.5 && dot(outwards, mvPosition.xyz) > 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
         gl_PointSize = clamp(0.55 * edge * pixels / -mvPosition.z, 1.5, 14.0);
         #include <clipping_planes_vertex>
       }`,
@@ -262,8 +264,9 @@ class Body {
   }
 
   // layers: which are on; still: whether the view rests; of the view: pixels of a metre one metre away, as drawn, and
-  // of a metre at its middle, and how many pixels apart what is drawn is at least.
-  show(layers, still, {pixels, metre, most}) {
+  // of a metre at its middle, how many pixels apart what is drawn is at least, and whether something is cut away: points
+  // that look away from the eye are seen only then.
+  show(layers, still, {pixels, metre, most, cut}) {
     for (const instance of this.instances) {
       for (const [name, object] of Object.entries(instance.parts)) object.visible = Boolean(layers[name]);
       if (layers.normals && this.points) instance.parts.normals.geometry = this.normals();
@@ -278,6 +281,7 @@ class Body {
     uniforms.edge.value = this.pointLayer.voxel / Math.sqrt(share);
     uniforms.pixels.value = this.ringMaterial.uniforms.pixels.value = pixels;
     uniforms.clustered.value = layers.clusters ? 1 : 0;
+    uniforms.behind.value = cut ? 1 : 0;
   }
 
   materials() {

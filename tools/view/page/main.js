@@ -31,6 +31,7 @@ class View {
     this.arrows = 1;
     this.coarse = 6; // pixels of a cell while the view moves
     this.finest = STILL.pixels; // and while it rests
+    this.patience = STILL.slow; // how long a frame at rest may take before the next are coarser [ms]
     this.fewest = 0.6; // of the pixels along an edge, while the view moves on a machine that is slow at the coarsest
     this.changed = true;
     this.drawn = {faces: 0, frames: 0, full: false, sharp: false};
@@ -133,7 +134,7 @@ class View {
     this.near();
     const full = this.draw(still);
     const took = still ? this.finish() : 0;
-    if (still && took > STILL.slow) this.finest = Math.min(MOVING.least, 1.3 * this.finest);
+    if (still && took > this.patience) this.finest = Math.min(MOVING.least, 1.3 * this.finest);
     this.drawn.full = still && full;
     this.drawn.sharp = sharp;
     ++this.drawn.frames;
@@ -142,7 +143,7 @@ class View {
     clearTimeout(this.later);
     if (this.playing || this.changed || (still && !full)) this.wake();
     else if (!this.held && !still) this.later = setTimeout(() => this.wake(), STILL.after);
-    else if (still && !sharp && took < STILL.slow) this.later = setTimeout(() => this.wake(), STILL.sharp);
+    else if (still && !sharp && took < this.patience) this.later = setTimeout(() => this.wake(), STILL.sharp);
     else if (still) this.drawn.sharp = true;
   }
 
@@ -155,7 +156,7 @@ class View {
     const metre = pixels / this.camera.position.distanceTo(this.controls.target);
     let full = true;
     for (const body of this.bodies) {
-      body.show(body.layers, still, {pixels: pixels * this.renderer.getPixelRatio(), metre, most});
+      body.show(body.layers, still, {pixels: pixels * this.renderer.getPixelRatio(), metre, most, cut: this.cuts > 0});
       if (!body.cells || !body.layers.cells) continue;
       let finest = 0;
       for (const instance of body.instances) {
@@ -196,7 +197,7 @@ class View {
 
   planes() {
     const cut = this.slices && this.cut ? this.slices.filter(slice => slice.on).map(slice => slice.cut()) : [];
-    const key = cut.length;
+    const key = this.cuts = cut.length;
     for (const body of this.bodies) {
       if (body.moves && this.motion) continue;
       const lines = body.points ? body.instances.map(instance => instance.parts.normals.material) : [];
