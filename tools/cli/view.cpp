@@ -6,6 +6,7 @@
 #include "cli/run_report.hpp"
 #include "cli/scene_assets.hpp"
 #include "cli/verb.hpp"
+#include "import/point.hpp"
 #include "mesh/report.hpp"
 #include "pipeline/convert_scene.hpp"
 #include "view/assembly_bodies.hpp"
@@ -58,11 +59,6 @@ std::string format_measure(double value, int dimension)
     const auto [unit, name] =
         edge < 1e-2 ? std::pair{1e-3, "mm"} : std::pair{edge < 1 ? 1e-2 : 1.0, edge < 1 ? "cm" : "m"};
     return fmt::format("{:.5g} {}{}", value / std::pow(unit, dimension), name, dimension);
-}
-
-double length(const Point &v)
-{
-    return std::hypot(v[0], v[1], v[2]);
 }
 
 class View {
