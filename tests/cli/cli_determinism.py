@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The same bytes for any number of threads, any run, any folder: assets and --reproducible report."""
 import os
+import pathlib
 import shutil
+import subprocess
+import unittest
 
 import command
 import shapes
@@ -31,6 +34,28 @@ class Determinism(command.CommandTest):
         text = self.folder.joinpath('first', 'report.json').read_text(encoding='utf-8')
         for word in ('cost', os.path.basename(self.folder), '/'):
             self.assertNotIn(word, text.replace('voxshell-report/1', ''))
+
+    @unittest.skipIf(command.sanitized() or not shutil.which('cc'), 'sanitizers want malloc for themselves')
+    def test_any_schedule(self):
+        """Threads that take turns in another way each time: the same bytes. VXS_SCHEDULES: how many ways."""
+        shim = self.path('random_schedule.so')
+        source = pathlib.Path(__file__).with_name('random_schedule.c')
+        subprocess.run(['cc', '-shared', '-fPIC', '-O1', '-o', shim, str(source), '-ldl'], check=True)
+        parts = [shapes.write_stl(self.path('ball.stl'), shapes.sphere(10, rings=40)),
+                 shapes.write_glb(self.path('cup.glb'), shapes.cup())]
+        found = set()
+        for schedule in range(int(os.environ.get('VXS_SCHEDULES', '4'))):
+            env = {'LD_PRELOAD': shim, 'VXS_SCHEDULE': str(schedule)} if schedule else {}
+            out = f'out{schedule}'
+            self.run_voxshell('convert', *parts, '-o', out, '--unit', 'mm', '--voxel', '0.5mm', '--channels', 'layers:3,distance:3',
+                              '-q', '-j', str(1 + schedule % 7), env=env)
+            self.run_voxshell('batch', *parts, '-o', out + '/batch', '--unit', 'mm', '--voxel', '0.5mm', '-q',
+                              '-j', str(1 + schedule % 7), env=env)
+            digests = {name: digest for name, digest in self.digests(self.path(out)).items()
+                       if name.endswith(('.voxmap', '.pointshell', '.vdb'))}
+            self.assertGreaterEqual(len(digests), 4)
+            found.add(str(sorted(digests.items())))
+        self.assertEqual(len(found), 1)
 
 
 if __name__ == '__main__':
