@@ -27,7 +27,8 @@ int __wrap_clock_nanosleep(clockid_t clock, int flags, const struct timespec *un
 int __wrap_clock_gettime(clockid_t clock, struct timespec *time)
 {
     CHECK_INT(clock, CLOCK_MONOTONIC);
-    *time = (struct timespec){.tv_sec = fake.now_ns / 1000000000, .tv_nsec = fake.now_ns % 1000000000};
+    *time = (struct timespec){.tv_sec = (time_t)(fake.now_ns / 1000000000),
+                              .tv_nsec = (long)(fake.now_ns % 1000000000)};
     return 0;
 }
 
