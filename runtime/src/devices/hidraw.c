@@ -2,17 +2,15 @@
  *
  * A wire that is a HID device's node of the kernel: reports in, nothing out. The desktop keeps the device.
  */
-#define _GNU_SOURCE 1 /* ppoll */
+#define _GNU_SOURCE 1 /* O_CLOEXEC */
 
 #include "wire.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <poll.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 enum { NAME = 16 }; /* "hidraw" and a number */
@@ -35,19 +33,7 @@ static vxs_result send_nothing(void *self, const uint8_t *bytes, size_t size)
 
 static int32_t receive_report(void *self, uint8_t *bytes, size_t most, int64_t wait_ns)
 {
-    vxsi_hidraw *hidraw = self;
-    struct pollfd wait = {.fd = hidraw->file, .events = POLLIN};
-    int64_t left = wait_ns > 0 ? wait_ns : 0;
-    struct timespec time = {.tv_sec = (time_t)(left / 1000000000), .tv_nsec = (long)(left % 1000000000)};
-    int ready = ppoll(&wait, 1, &time, NULL);
-    if (ready < 0) return errno == EINTR ? 0 : VXS_LOST;
-    if (ready == 0) return 0;
-    if (wait.revents & POLLIN) {
-        ssize_t count = read(hidraw->file, bytes, most);
-        if (count > 0) return (int32_t)count;
-        if (count < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
-    }
-    return VXS_LOST;
+    return vxsi_wire_read(((const vxsi_hidraw *)self)->file, bytes, most, wait_ns);
 }
 
 static void close_hidraw(void *self)

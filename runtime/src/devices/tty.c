@@ -2,7 +2,7 @@
  *
  * A wire that is a tty, raw, held by one process.
  */
-#define _GNU_SOURCE 1 /* cfmakeraw, flock, ppoll */
+#define _GNU_SOURCE 1 /* cfmakeraw, flock */
 
 #include "wire.h"
 
@@ -12,7 +12,6 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
-#include <time.h>
 #include <unistd.h>
 
 static vxs_result result_of(int error)
@@ -52,19 +51,7 @@ static vxs_result send_bytes(void *self, const uint8_t *bytes, size_t size)
 
 static int32_t receive_bytes(void *self, uint8_t *bytes, size_t most, int64_t wait_ns)
 {
-    vxsi_tty *tty = self;
-    struct pollfd wait = {.fd = tty->file, .events = POLLIN};
-    int64_t left = wait_ns > 0 ? wait_ns : 0;
-    struct timespec time = {.tv_sec = (time_t)(left / 1000000000), .tv_nsec = (long)(left % 1000000000)};
-    int ready = ppoll(&wait, 1, &time, NULL);
-    if (ready < 0) return errno == EINTR ? 0 : VXS_LOST;
-    if (ready == 0) return 0;
-    if (wait.revents & POLLIN) {
-        ssize_t count = read(tty->file, bytes, most);
-        if (count > 0) return (int32_t)count;
-        if (count < 0 && (errno == EAGAIN || errno == EINTR)) return 0;
-    }
-    return VXS_LOST;
+    return vxsi_wire_read(((const vxsi_tty *)self)->file, bytes, most, wait_ns);
 }
 
 static void close_tty(void *self)

@@ -28,6 +28,9 @@ typedef struct vxsi_wire {
     void *self;
 } vxsi_wire;
 
+/* What ops->receive is on a file: a tty, a hidraw node. */
+int32_t vxsi_wire_read(int file, uint8_t *bytes, size_t most, int64_t wait_ns);
+
 /* A tty as raw bytes, for this process alone. VXS_OK; VXS_NO_DEVICE; VXS_ACCESS; VXS_BUSY; VXS_IO. */
 typedef struct vxsi_tty {
     int file;
