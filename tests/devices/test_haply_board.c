@@ -150,8 +150,15 @@ int main(void)
     vxs_device_close(device); /* while it pushes: zero is the last that is said */
     CHECK(lets_go(&b));
 
-    device = open_board(&b, memory);
-    CHECK(atomic_load(&b.setups) >= 2);
+    /* What was under way when the port was closed may have been cut: then the board takes the next set-up for the rest of it. */
+    unsigned before = atomic_load(&b.setups);
+    device = NULL;
+    for (int tries = 0; tries < 20 && atomic_load(&b.setups) == before; tries++) {
+        if (device) vxs_device_close(device);
+        mocked_pause(50);
+        device = open_board(&b, memory);
+    }
+    CHECK(atomic_load(&b.setups) > before);
     arm_and_push(&b, device);
     unplug(&b);
     vxs_device_state state = {.state = VXS_DEVICE_ARMED};
