@@ -79,17 +79,34 @@ VXSI_AVX2 __m256i root_index(const vxs_voxmap *map, const __m256i c[3])
     return _mm256_add_epi32(index, _mm256_srli_epi32(c[2], 6));
 }
 
-VXSI_AVX2 void enter_chunk(vxsi_chunk *chunk, const vxs_voxmap *map, const __m256i c[3])
-{
-    for (int axis = 0; axis < 3; axis++)
-        chunk->at[axis] = (uint32_t)_mm256_cvtsi256_si32(c[axis]) & ~(uint32_t)(VXS_VOXMAP_CHUNK_CELLS - 1);
-    chunk->entry = map->root[vxs_voxmap_root_index(map->root_dims, chunk->at[0], chunk->at[1], chunk->at[2])];
-}
-
 /* Halves of a block, looked up together, step by step: a processor does not see far past what waits for a
  * gather, and so always has something to do. */
 enum { HALVES = 2 };
 #define EACH for (int v = 0; v < HALVES; v++)
+
+/* Around the first of these cells, or the nearest one to it of the box. */
+__attribute__((target("avx2"), noinline)) static void lay_cube(vxsi_cube *cube, const vxs_voxmap *map,
+                                                               const __m256i c[3])
+{
+    const __m256i number = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), none = _mm256_set1_epi32(-1);
+    __m256i index = _mm256_setzero_si256(), inside = none;
+    for (int axis = 0; axis < 3; axis++) {
+        const int32_t last = (int32_t)map->cells[axis] - 1;
+        int32_t cell = _mm256_cvtsi256_si32(c[axis]);
+        cell = cell < 0 ? 0 : cell < last ? cell : last;
+        cube->at[axis] = (cell - VXS_VOXMAP_CHUNK_CELLS / 2) & ~(VXS_VOXMAP_CHUNK_CELLS - 1);
+        const __m256i size = _mm256_set1_epi32((int32_t)map->root_dims[axis]);
+        const __m256i at = _mm256_add_epi32(_mm256_set1_epi32(cube->at[axis] / VXS_VOXMAP_CHUNK_CELLS),
+                                            low_bits(number, 2 - axis, 1));
+        inside = _mm256_and_si256(
+            inside, _mm256_and_si256(_mm256_cmpgt_epi32(at, none), _mm256_cmpgt_epi32(size, at)));
+        index = _mm256_add_epi32(_mm256_mullo_epi32(index, size), at);
+    }
+    __m256i entry = gather(_mm256_setzero_si256(), map->root, index, inside); /* free outside */
+    const __m256i begins = _mm256_or_si256(first_of(entry, 9), _mm256_set1_epi32(INT32_MIN));
+    entry = _mm256_blendv_epi8(entry, begins, is_index(entry));
+    _mm256_storeu_si256((__m256i *)(void *)cube->entry, entry);
+}
 
 /* From the entries of the cells' bricks to the cells' states. */
 VXSI_AVX2 void states_of(const vxs_voxmap *map, __m256i c[HALVES][3], __m256i state[HALVES])
@@ -177,35 +194,45 @@ __attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, co
         vxsi_probe_scalar(map, shell, motion, blocks, count, found);
         return;
     }
-    const __m256i beyond = _mm256_set1_epi32(~(VXS_VOXMAP_CHUNK_CELLS - 1)), zero = _mm256_setzero_si256();
-    vxsi_chunk chunk = found->chunk;
+    const __m256i zero = _mm256_setzero_si256(),
+                  beyond = _mm256_set1_epi32(~(2 * VXS_VOXMAP_CHUNK_CELLS - 1));
+    /* The sign of an entry says that there is something to gather, and takes the index so far below. */
+    const void *const chunks = (const void *)((uintptr_t)map->chunks + (UINT64_C(4) << 31));
+    vxsi_cube *const cube = &found->cube;
     const int takes_interior = (found->take & VXSI_TAKE_INTERIOR) != 0;
     for (uint32_t n = 0; n < count; n++) {
         const uint32_t point = blocks[n].first;
         __m256 u[HALVES][3], signs = _mm256_setzero_ps();
-        __m256i c[HALVES][3], state[HALVES], differs = zero;
+        __m256i c[HALVES][3], state[HALVES], which[HALVES], outside = zero;
         EACH
         {
-            place(motion, _mm256_loadu_ps(shell->x + point + 8 * v),
-                  _mm256_loadu_ps(shell->y + point + 8 * v), _mm256_loadu_ps(shell->z + point + 8 * v), u[v]);
+            const __m256 at[3] = {_mm256_loadu_ps(shell->x + point + 8 * v),
+                                  _mm256_loadu_ps(shell->y + point + 8 * v),
+                                  _mm256_loadu_ps(shell->z + point + 8 * v)};
+            place(motion, at[0], at[1], at[2], u[v]);
+            which[v] = zero;
             for (int axis = 0; axis < 3; axis++) {
                 c[v][axis] = _mm256_cvttps_epi32(u[v][axis]);
-                const __m256i first = _mm256_set1_epi32((int)chunk.at[axis]);
-                differs = _mm256_or_si256(differs, _mm256_xor_si256(c[v][axis], first));
                 signs = _mm256_or_ps(signs, u[v][axis]);
+                const __m256i away = _mm256_sub_epi32(c[v][axis], _mm256_set1_epi32(cube->at[axis]));
+                outside = _mm256_or_si256(outside, away);
+                which[v] = _mm256_or_si256(_mm256_add_epi32(which[v], which[v]), _mm256_srli_epi32(away, 6));
             }
         }
-        /* Truncation is floor where no sign is set; what is no cell is INT32_MIN. */
-        if (!_mm256_testz_si256(differs, beyond) || _mm256_movemask_ps(signs)) {
+        /* Truncation is floor where no sign is set; what is no cell is INT32_MIN, and in no cube. A cube, for in
+         * cells so fine that a block is often in two chunks no processor foresees whether it is in one. */
+        const int is_apart = !_mm256_testz_si256(outside, beyond);
+        if (is_apart || _mm256_movemask_ps(signs)) {
+            if (is_apart) lay_cube(cube, map, c[1]);
             states_anywhere(map, u, c, state);
-            enter_chunk(&chunk, map, c[1]);
-        } else if (chunk.entry < VXS_VOXMAP_ENTRY_FIRST) {
-            EACH state[v] = _mm256_set1_epi32((int)chunk.entry);
         } else {
-            const uint32_t *entries =
-                map->chunks + (size_t)(chunk.entry - VXS_VOXMAP_ENTRY_FIRST) * VXS_VOXMAP_CHUNK_ENTRIES;
-            EACH state[v] = _mm256_i32gather_epi32((const int *)(const void *)entries, chunk_slot(c[v]), 4);
-            states_of(map, c, state);
+            const __m256i entries = _mm256_loadu_si256((const __m256i *)(const void *)cube->entry);
+            EACH state[v] = _mm256_permutevar8x32_epi32(entries, which[v]);
+            if (lanes_of(_mm256_or_si256(state[0], state[1]))) {
+                EACH state[v] =
+                    gather(state[v], chunks, _mm256_add_epi32(state[v], chunk_slot(c[v])), state[v]);
+                states_of(map, c, state);
+            }
         }
         EACH
         {
@@ -220,7 +247,6 @@ __attribute__((target("avx2"))) static void probe_avx2(const vxs_voxmap *map, co
             if (hits) keep(found, shell, point + 8 * (uint32_t)v, c[v], hits);
         }
     }
-    found->chunk = chunk;
 }
 
 /* The clearance at the cells; *low: the bits of a cell within the cube that it is of. */

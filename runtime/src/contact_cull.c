@@ -336,6 +336,7 @@ int vxsi_contact_look(vxs_contact *contact, const vxs_contact_static *statics, u
         vxsi_static *s = &contact->statics[n];
         s->span.first = contact->hits.count;
         contact->hits.chunk = (vxsi_chunk){{UINT32_MAX, UINT32_MAX, UINT32_MAX}, VXS_CELL_FREE};
+        contact->hits.cube.at[0] = VXSI_NOWHERE;
         uint32_t coarse = 0;
         if (fine || coarse_quarters) {
             const uint32_t all = s->look_count, own = coarse_quarters < all ? coarse_quarters : all;

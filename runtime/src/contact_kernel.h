@@ -31,6 +31,13 @@ typedef struct vxsi_chunk {
     uint32_t entry; /* of the map's root */
 } vxsi_chunk;
 
+/* The 2 x 2 x 2 chunks around them, for a kernel to whom the way through the root is a long one. */
+typedef struct vxsi_cube {
+    int32_t at[3];     /* its first cell, of a chunk that may lie outside the box */
+    uint32_t entry[8]; /* the state of a chunk that is uniform; else 2^31 + where its entries begin */
+} vxsi_cube;
+enum { VXSI_NOWHERE = INT32_MIN / 2 }; /* cube.at[0]: far from every cell (below 2^20) and from INT32_MIN */
+
 /* Points found, structure of arrays, in point order. Each array has room for capacity +
  * VXSI_LANES. */
 typedef struct vxsi_hits {
@@ -42,7 +49,8 @@ typedef struct vxsi_hits {
     uint32_t deep_count; /* points in interior cells that are no hits */
     uint32_t overflow;   /* not 0: a hit found no room */
     uint32_t take;
-    vxsi_chunk chunk;          /* of the map at hand; at no cell when it changes */
+    vxsi_chunk chunk;          /* of the map at hand; at no cell when it changes, */
+    vxsi_cube cube;            /* as is this */
     const uint8_t (*order)[8]; /* order[m]: the places of m's set bits, for kernels of eight lanes */
 } vxsi_hits;
 

@@ -61,6 +61,10 @@ static uint64_t compare(pair *p, const vxs_voxmap *map, const vxs_pointshell *sh
         vxs_pose pose = vxs_pose_identity();
         for (int i = 0; i < 3; i++) pose.position[i] = ball->center[i] + 1.7 * ball->radius * uniform();
         for (int i = 0; i < 4; i++) pose.orientation[i] = uniform();
+        /* Without culling the probe meets what is outside the box, and where no cell has a number. */
+        vxs_contact_cull(p->tested, n % 5 == 0 ? VXS_CONTACT_BRUTE : VXS_CONTACT_COHERENT);
+        static const double far[] = {0.2, -0.2, 1e3, 1e7, -1e7, 1e300};
+        if (n % 40 == 0) pose.position[n / 40 % 3] = far[n / 40 % 6];
         config.law = n & 1 ? VXS_CONTACT_AVERAGE : VXS_CONTACT_ORIGINAL;
         config.weighting = n & 2 ? VXS_CONTACT_AREA : VXS_CONTACT_COUNT;
         uint32_t count = n % 17 == 0 ? 2 : 1;
@@ -108,6 +112,18 @@ int main(void)
             built_free(&shell_bytes);
         }
         CHECK(touching > 10000); /* of 54 000: the comparison is not about nothing */
+        /* A map of so many gigabytes that a gather's 31 bits do not reach them, as far as its counts say: another way to
+         * the same bits. */
+        shell_bytes = build_pointshell(h, points, MOST_POINTS);
+        shell = open_pointshell(&shell_bytes);
+        for (int what = 0; what < 3; what++) {
+            vxs_voxmap huge = map;
+            *(what == 0   ? &huge.chunk_count
+              : what == 1 ? &huge.brick_count
+                          : &huge.clearance_count) = 1ull << 33;
+            CHECK(compare(&p, &huge, &shell, ball, 2000, kernels[n / 2]) > 300);
+        }
+        built_free(&shell_bytes);
         built_free(&map_bytes);
     }
     return 0;
