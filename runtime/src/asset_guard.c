@@ -44,16 +44,18 @@ static int replace(uintptr_t at)
 
 static void handle(int number, siginfo_t *info, void *context)
 {
-    int error = errno;
-    int is_replaced = info->si_code > 0 && replace((uintptr_t)info->si_addr); /* not from kill() */
+    int error = errno, is_sent = info->si_code <= 0; /* by kill() */
+    int is_replaced = !is_sent && replace((uintptr_t)info->si_addr);
     errno = error;
     if (is_replaced) return;
     if (before.sa_flags & SA_SIGINFO)
         before.sa_sigaction(number, info, context);
     else if (before.sa_handler != SIG_DFL && before.sa_handler != SIG_IGN)
         before.sa_handler(number);
-    else
-        (void)sigaction(number, &before, NULL); /* the instruction is run again, and ends the process */
+    else if (!is_sent || before.sa_handler == SIG_DFL) {
+        (void)sigaction(number, &before, NULL);
+        (void)raise(number); /* when this returns: as without a guard */
+    }
 }
 
 static vxs_result install(void)
@@ -86,7 +88,8 @@ vxs_result vxs_asset_guard(const vxs_asset *asset)
     if (result == VXS_OK && n == MOST) result = VXS_LIMIT;
     if (result == VXS_OK) {
         atomic_store(&guarded[n].is_lost, 0);
-        atomic_store(&guarded[n].end, (first + (uintptr_t)asset->mapped_size + page_size - 1) / page_size * page_size);
+        atomic_store(&guarded[n].end,
+                     (first + (uintptr_t)asset->mapped_size + page_size - 1) / page_size * page_size);
         atomic_store(&guarded[n].first, first);
     }
     atomic_flag_clear(&is_changing);

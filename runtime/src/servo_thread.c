@@ -200,7 +200,9 @@ vxs_result vxs_servo_thread_start(void *memory, size_t size, const vxs_servo_thr
     atomic_store(&t->scheduling_text, "starting");
     atomic_store(&t->memory_text, "starting");
     *out = t;
-    return pthread_create(&t->thread, NULL, run, t) == 0 ? VXS_OK : VXS_NO_THREAD;
+    if (pthread_create(&t->thread, NULL, run, t) == 0) return VXS_OK;
+    *out = NULL;
+    return VXS_NO_THREAD;
 }
 
 static void copy_histogram(const histogram *from, vxs_servo_thread_histogram *to)

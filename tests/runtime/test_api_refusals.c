@@ -144,6 +144,42 @@ static void check_contact(const servo_bench *b)
     CHECK_INT(vxs_contact_add_levels(contact, NULL, ROOM / 2), VXS_PARAM);
     CHECK_INT(vxs_contact_add_levels(contact, room + ROOM / 2 + 8, ROOM / 2 - 8), VXS_BUFFER);
     CHECK_INT(vxs_contact_add_levels(contact, room + ROOM / 2, 64), VXS_BUFFER);
+
+    /* What an evaluation is not made for gives no force, and says so. */
+    const vxs_contact_static statics[2] = {*b->servo_config.statics, *b->servo_config.statics};
+    const vxs_pose deep = vxs_pose_identity(), nowhere = {{0, 0, 0}, {0, 0, 0, 0}};
+    vxs_contact_result result;
+#define INVALID(count, pose, change)                                                                         \
+    do {                                                                                                     \
+        config = good;                                                                                       \
+        change;                                                                                              \
+        CHECK_INT(vxs_contact_evaluate(contact, statics, count, pose, &config, &result),                     \
+                  VXS_CONTACT_INVALID);                                                                      \
+        CHECK(result.points == 0 && result.wrench.force[1] == 0);                                            \
+    } while (0)
+    good.weighting = VXS_CONTACT_AREA;
+    CHECK(!(vxs_contact_evaluate(contact, statics, 1, &deep, &good, &result) & VXS_CONTACT_INVALID));
+    CHECK(result.points > 0);
+    INVALID(1, &deep, config.law = 1000);
+    INVALID(2, &deep, (void)0); /* one static was asked for */
+    INVALID(1, &deep, config.most_points = 100);
+    INVALID(1, &nowhere, (void)0);
+    INVALID(1, &deep, config.field = VXS_CONTACT_LAYERS);
+    /* Numbers too large for a double: none of them is given out, and no load. */
+    static vxs_contact_loads loads;
+    config = good;
+    config.stiffness = 1.7e308;
+    config.reference[0] = config.reference[2] = 1e250;
+    for (int n = 0; n < 2; n++) {
+        config.loads = n ? &loads : NULL;
+        CHECK(vxs_contact_evaluate(contact, statics, 1, &deep, &config, &result) & VXS_CONTACT_INVALID);
+        for (int i = 0; i < 3; i++) CHECK(result.wrench.force[i] == 0 && result.wrench.torque[i] == 0);
+        CHECK_INT(loads.count, 0);
+    }
+    vxs_pointshell bare = *shell;
+    bare.area = NULL;
+    CHECK_INT(vxs_contact_init(room, ROOM / 2, &bare, 1, &contact), VXS_OK);
+    INVALID(1, &deep, (void)0);
 }
 
 static void check_coupling(void)
@@ -213,6 +249,9 @@ static void check_effects(void)
         effect.keyframe_count = 1;
         CHECK_INT(vxs_effect_check(&effect), VXS_PARAM);
     }
+    CHECK_INT(vxs_effect_default(VXS_EFFECT_PASSIVITY, &effect), VXS_OK);
+    effect.as.passivity.delay = 0.5; /* samples are whole */
+    CHECK_INT(vxs_effect_check(&effect), VXS_PARAM);
     memset(frame, 0, sizeof frame);
     CHECK_INT(vxs_effect_default(VXS_EFFECT_MOTION, &effect), VXS_OK);
     for (int n = 0; n < 2; n++) frame[n].pose = vxs_pose_identity();
@@ -283,6 +322,13 @@ static void check_assets(const servo_bench *b)
     CHECK(other != VXS_OK && issue.text && memcmp(issue.expected, issue.found, sizeof issue.found) != 0);
     CHECK_INT(vxs_plan_load(&plan, assets, room, ROOM, &config, NULL), other);
 
+    vxs_asset_issue said;
+    vxs_asset_config_default(&wrong);
+    CHECK_INT(vxs_asset_from_memory(NULL, 0, &wrong, &none, &said), VXS_PARAM);
+    CHECK(said.text && !none.data);
+    wrong.struct_size = 1;
+    CHECK_INT(vxs_asset_from_memory(b->map_bytes.data, b->map_bytes.size, &wrong, &none, &said), VXS_CONFIG);
+    CHECK(said.text && !none.data);
     vxs_asset_config_default(&wrong);
     CHECK_INT(vxs_asset_from_memory(b->map_bytes.data, b->map_bytes.size, &wrong, NULL, NULL), VXS_PARAM);
     CHECK_INT(vxs_asset_open("/", &wrong, NULL, NULL), VXS_PARAM);
@@ -352,6 +398,47 @@ static void check_watchers(servo_bench *b)
     CHECK_INT(vxs_servo_watch_stages(b->servo, rest, ROOM / 2, &watch), VXS_PARAM);
 }
 
+/* A command with a number that is none, at any place of it: an armed device is at fault and stays so until it is
+ * disarmed, and renders nothing; one that is not armed does not look at it. */
+static void check_commands(uint32_t refused, vxs_result opened, vxs_device **device)
+{
+    const double bad[] = {NAN, INFINITY, -INFINITY};
+    CHECK_INT(opened, VXS_OK);
+    for (int n = 0; n < 18; n++) {
+        vxs_device_state state;
+        vxs_device_report report;
+        vxs_device_command command = {.hold_ns = INT64_MAX, .expires_ns = INT64_MAX};
+        if (n % 6 < 3)
+            command.wrench.force[n % 3] = bad[n / 6];
+        else
+            command.wrench.torque[n % 3] = bad[n / 6];
+        vxs_device_exchange(*device, &command, &state, &report);
+        CHECK_INT(state.state, VXS_DEVICE_READY);
+        CHECK(vxs_device_arm(*device) == VXS_OK && vxs_device_arm(*device) == VXS_OK);
+        for (int i = 0; i < 10; i++) vxs_device_exchange(*device, &command, &state, i == 9 ? NULL : &report);
+        CHECK(state.state == VXS_DEVICE_FAULT && state.fault == VXS_DEVICE_FAULT_SOFTWARE);
+        for (int i = 0; i < 3; i++) CHECK(report.rendered.force[i] == 0 && report.rendered.torque[i] == 0);
+        CHECK((refused == 0 || report.flags == 0 || report.flags == refused) &&
+              isfinite(state.pose.position[0]));
+        CHECK_INT(vxs_device_arm(*device), VXS_STATE);
+        CHECK_INT(vxs_device_disarm(*device), VXS_OK);
+        command = (vxs_device_command){.hold_ns = INT64_MAX, .expires_ns = INT64_MAX};
+        for (int i = 0; i < 10; i++) vxs_device_exchange(*device, &command, &state, &report);
+    }
+    /* A torque that the device has no motors for is left out, whichever axis it is about. */
+    for (int axis = 0; axis < 3 && refused; axis++) {
+        vxs_device_state state;
+        vxs_device_report report;
+        vxs_device_command command = {.hold_ns = INT64_MAX, .expires_ns = INT64_MAX};
+        command.wrench.torque[axis] = 0.1;
+        CHECK_INT(vxs_device_arm(*device), VXS_OK);
+        for (int i = 0; i < 10; i++) vxs_device_exchange(*device, &command, &state, &report);
+        CHECK(report.flags & VXS_DEVICE_INCOMPLETE && report.rendered.torque[axis] == 0);
+        CHECK_INT(vxs_device_disarm(*device), VXS_OK);
+    }
+    vxs_device_close(*device);
+}
+
 static void check_devices(void)
 {
     vxs_simulated_config good, config;
@@ -408,6 +495,37 @@ static void check_devices(void)
     CHECK_INT(vxs_replay_open(room, ROOM, &said, &device), VXS_OK);
     vxs_device_close(device);
     CHECK_INT(vxs_device_disarm(device), VXS_STATE);
+    CHECK(!vxs_simulated_arm_named("tentacle") && !vxs_simulated_profile_named("tentacle"));
+    vxs_simulated_config_default(&config, vxs_simulated_profile_named("falcon"));
+    check_commands(VXS_DEVICE_REFUSED, vxs_simulated_open(room, ROOM, &config, &device), &device);
+    check_commands(0, vxs_replay_open(room, ROOM, &said, &device), &device);
+
+    /* What it is told of a hand has to be a place, and is not asked to be there. */
+    vxs_device_state state, after;
+    const double lost[3] = {0, NAN, 0}, nowhere[4] = {0, 0, 0, 0};
+    CHECK_INT(vxs_simulated_open(room, ROOM, &good, &device), VXS_OK);
+    vxs_simulated_hand(device, NULL, NULL);
+    vxs_simulated_hand(device, lost, nowhere);
+    vxs_device_exchange(device, NULL, &state, NULL);
+    for (int n = 0; n < 100; n++) vxs_device_exchange(device, NULL, &after, NULL);
+    CHECK(memcmp(&state.pose, &after.pose, sizeof state.pose) == 0);
+    vxs_device_close(device);
+
+    /* Rows are counted without being kept; where it went wrong need not be asked. */
+    size_t count = 9, line = 9;
+    static const char script[] = "t_s,x_m,y_m,z_m\n0,1,2,3\n1,1,2,4\n",
+                      broken[] = "t_s,x_m,y_m,z_m\n0,1,two,3\n";
+    CHECK_INT(vxs_replay_parse(NULL, 4, NULL, 0, &count, &line), VXS_PARAM);
+    CHECK_INT(vxs_replay_parse(script, sizeof script - 1, &row, 1, NULL, &line), VXS_PARAM);
+    CHECK(count == 9 && line == 9);
+    CHECK_INT(vxs_replay_parse(script, sizeof script - 1, NULL, 0, &count, NULL), VXS_OK);
+    CHECK_INT(count, 2);
+    CHECK_INT(vxs_replay_parse(broken, sizeof broken - 1, &row, 1, &count, NULL), VXS_CORRUPT);
+    uint8_t recording[16 + 2 * sizeof(vxs_servo_trace)] = "VXSREC01";
+    const uint32_t row_size = sizeof(vxs_servo_trace);
+    memcpy(recording + 8, &row_size, sizeof row_size);
+    CHECK_INT(vxs_replay_parse(recording, sizeof recording, NULL, 7, &count, &line), VXS_OK);
+    CHECK_INT(count, 2);
 }
 
 int main(void)

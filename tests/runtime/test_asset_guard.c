@@ -167,7 +167,7 @@ static void default_bus(void)
     CHECK(signal(SIGBUS, SIG_DFL) != SIG_ERR); /* a sanitizer has its own */
 }
 
-/* The signal that ends a child. */
+/* The signal that ends a child, or minus its exit status. */
 static int ending(void (*child)(void))
 {
     int status;
@@ -178,7 +178,7 @@ static int ending(void (*child)(void))
         _exit(0);
     }
     CHECK(waitpid(pid, &status, 0) == pid);
-    return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    return WIFSIGNALED(status) ? WTERMSIG(status) : -WEXITSTATUS(status);
 }
 
 static void touch_unguarded(void)
@@ -213,24 +213,151 @@ static void sent(void)
     CHECK_INT(vxs_asset_guard(&f.asset), VXS_OK);
     unlink(f.path);
     raise(SIGBUS);
-    raise(SIGBUS);
 }
 
-static int given;
+/* --- a program that had a handler of its own --- */
+
+enum { GIVEN = 42, GIVEN_WITH_ADDRESS = 43, STAYED = 44 };
+static const volatile void *volatile touched; /* as a handler sees it */
+
 static void take(int number)
 {
-    given = number;
+    _exit(number == SIGBUS ? GIVEN : 1);
+}
+
+static void take_with_address(int number, siginfo_t *info, void *context)
+{
+    _exit(number == SIGBUS && context && (info->si_code <= 0 || info->si_addr == touched) ? GIVEN_WITH_ADDRESS
+                                                                                          : 1);
+}
+
+static void guard_with(void (*handler)(int), felt *f)
+{
+    CHECK(signal(SIGBUS, handler) != SIG_ERR);
+    open_felt(f, VXS_ASSET_MAP);
+    CHECK_INT(vxs_asset_guard(&f->asset), VXS_OK);
+    CHECK(unlink(f->path) == 0);
 }
 
 static void hand_on(void)
 {
     felt f;
-    CHECK(signal(SIGBUS, take) != SIG_ERR);
-    open_felt(&f, VXS_ASSET_MAP);
-    CHECK_INT(vxs_asset_guard(&f.asset), VXS_OK);
-    unlink(f.path);
+    guard_with(take, &f);
     raise(SIGBUS);
-    if (given == SIGBUS) raise(SIGUSR1);
+}
+
+static void guard_with_address(felt *f)
+{
+    struct sigaction action = {.sa_sigaction = take_with_address, .sa_flags = SA_SIGINFO};
+    CHECK(sigaction(SIGBUS, &action, NULL) == 0);
+    open_felt(f, VXS_ASSET_MAP);
+    CHECK_INT(vxs_asset_guard(&f->asset), VXS_OK);
+}
+
+/* Another file's loss, with where. */
+static void hand_on_with_address(void)
+{
+    felt f;
+    guard_with_address(&f);
+    int file = open(f.path, O_RDWR);
+    volatile char *other = mmap(NULL, 4096, PROT_READ, MAP_SHARED, file, 0);
+    CHECK(unlink(f.path) == 0 && ftruncate(file, 0) == 0);
+    touched = other;
+    (void)other[0];
+}
+
+/* The guard's own zeros cannot be had: the loss is the program's. */
+static volatile int has_no_memory, has_no_signals;
+static void hand_on_without_memory(void)
+{
+    felt f;
+    guard_with_address(&f);
+    shorten(&f, 0);
+    CHECK(unlink(f.path) == 0);
+    touched = f.asset.data + 4096;
+    has_no_memory = 1;
+    (void)((const volatile uint8_t *)f.asset.data)[4096];
+}
+
+/* Who ignored it goes on ignoring it, and is guarded as before. */
+static void ignore(void)
+{
+    felt f;
+    guard_with(SIG_IGN, &f);
+    raise(SIGBUS);
+    raise(SIGBUS);
+    struct sigaction now;
+    CHECK(sigaction(SIGBUS, NULL, &now) == 0 && now.sa_flags & SA_SIGINFO);
+    _exit(STAYED);
+}
+
+static void refused_by_system(void)
+{
+    felt f;
+    open_felt(&f, VXS_ASSET_MAP);
+    CHECK(unlink(f.path) == 0);
+    has_no_signals = 1;
+    CHECK_INT(vxs_asset_guard(&f.asset), VXS_UNSUPPORTED);
+    has_no_signals = 0;
+    CHECK_INT(vxs_asset_guard(&f.asset), VXS_OK); /* it was not done in vain */
+    _exit(STAYED);
+}
+
+void *__real_mmap(void *at, size_t size, int protection, int flags, int file, off_t offset);
+int __real_sigaction(int number, const struct sigaction *action, struct sigaction *old);
+void *__wrap_mmap(void *at, size_t size, int protection, int flags, int file, off_t offset);
+int __wrap_sigaction(int number, const struct sigaction *action, struct sigaction *old);
+
+void *__wrap_mmap(void *at, size_t size, int protection, int flags, int file, off_t offset)
+{
+    return has_no_memory && flags & MAP_FIXED ? MAP_FAILED
+                                              : __real_mmap(at, size, protection, flags, file, offset);
+}
+
+int __wrap_sigaction(int number, const struct sigaction *action, struct sigaction *old)
+{
+    return has_no_signals ? -1 : __real_sigaction(number, action, old);
+}
+
+/* Several at once: the one that is lost is found, whichever was opened first and which were closed since. */
+static void check_several(void)
+{
+    enum { MAPS = 3 };
+    static felt f[MAPS];
+    for (int left_out = 0; left_out < MAPS; left_out++) {
+        for (int n = 0; n < MAPS; n++) {
+            open_felt(&f[n], VXS_ASSET_MAP);
+            CHECK_INT(vxs_asset_guard(&f[n].asset), VXS_OK);
+        }
+        close_felt(&f[left_out]);
+        uint32_t lost = 0;
+        for (int n = 0; n < MAPS; n++) {
+            if (n == left_out) continue;
+            CHECK(tick(&f[n]) > 0);
+            shorten(&f[n], 0);
+            tick(&f[n]);
+            CHECK_INT(vxs_asset_lost(), ++lost);
+            CHECK_INT(f[n].asset.data[4096], 0);
+        }
+        for (int n = 0; n < MAPS; n++)
+            if (n != left_out) close_felt(&f[n]);
+        CHECK_INT(vxs_asset_lost(), 0);
+    }
+}
+
+/* 1024 are guarded; one more is not, until another is closed. */
+static void check_limit(void)
+{
+    enum { MOST = 1024 };
+    static vxs_asset assets[MOST + 1];
+    for (int n = 0; n <= MOST; n++) {
+        assets[n].data = mmap(NULL, 4096, PROT_READ, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        assets[n].mapped_size = 4096;
+        CHECK_INT(vxs_asset_guard(&assets[n]), n < MOST ? VXS_OK : VXS_LIMIT);
+    }
+    vxs_asset_close(&assets[500]);
+    CHECK_INT(vxs_asset_guard(&assets[MOST]), VXS_OK);
+    for (int n = 0; n <= MOST; n++) vxs_asset_close(&assets[n]);
 }
 
 int main(void)
@@ -244,12 +371,18 @@ int main(void)
     CHECK_INT(ending(touch_unguarded), SIGBUS);
     CHECK_INT(ending(touch_other), SIGBUS);
     CHECK_INT(ending(sent), SIGBUS);
-    CHECK_INT(ending(hand_on), SIGUSR1);
+    CHECK_INT(ending(hand_on), -GIVEN);
+    CHECK_INT(ending(hand_on_with_address), -GIVEN_WITH_ADDRESS);
+    CHECK_INT(ending(hand_on_without_memory), -GIVEN_WITH_ADDRESS);
+    CHECK_INT(ending(ignore), -STAYED);
+    CHECK_INT(ending(refused_by_system), -STAYED);
     check_copy();
     check_guarded(0);
     check_guarded(1);
     check_guarded(4096);
     check_guarded(8192 + 5);
+    check_several();
+    check_limit();
     check_thread();
     CHECK_INT(vxs_asset_guard(NULL), VXS_PARAM);
     built_free(&map_bytes);

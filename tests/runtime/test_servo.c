@@ -144,6 +144,66 @@ static void check_fault(void)
     bench_close(&b);
 }
 
+/* A device that says itself that it is at fault: off while it does, and ramped up again after. */
+static void check_device_fault(void)
+{
+    servo_bench b;
+    vxs_servo_trace row;
+    bench_prepare(&b);
+    b.servo_config.coupling.kind = VXS_COUPLING_NONE;
+    bench_open(&b);
+    bench_start(&b);
+    b.state.pose.position[1] = 0.012;
+    for (int k = 0; k < 600; k++) bench_follow(&b, &row);
+    b.state.pose.position[1] = 0.009;
+    for (int k = 0; k < 10; k++) bench_follow(&b, &row);
+    CHECK(length(row.command.force) > 0.1);
+    static const uint32_t states[] = {VXS_DEVICE_FAULT, VXS_DEVICE_GONE};
+    for (int n = 0; n < 2; n++) {
+        b.state.state = states[n];
+        bench_follow(&b, &row);
+        CHECK(row.flags & VXS_SERVO_DEVICE_LOST && row.flags & VXS_SERVO_OFF &&
+              length(row.command.force) == 0);
+    }
+    b.state.state = VXS_DEVICE_ARMED;
+    b.state.pose.position[1] = 0.012;
+    bench_follow(&b, &row);
+    CHECK(!(row.flags & VXS_SERVO_DEVICE_LOST) && row.flags & VXS_SERVO_RAMPING && row.gain < 0.01);
+    bench_close(&b);
+}
+
+/* A budget of points has levels of detail in the servo's own memory. */
+static void check_budget(void)
+{
+    servo_bench b;
+    vxs_servo_trace row;
+    bench_prepare(&b);
+    const size_t without = vxs_servo_memory(&b.servo_config);
+    b.servo_config.coupling.kind = VXS_COUPLING_NONE;
+    b.servo_config.contact.most_points = 128;
+    CHECK(vxs_servo_memory(&b.servo_config) > without);
+    bench_open(&b);
+    bench_start(&b);
+    b.state.pose.position[1] = 0.012;
+    for (int k = 0; k < 600; k++) bench_follow(&b, &row);
+    b.state.pose.position[1] = 0.0085;
+    for (int k = 0; k < 10; k++) bench_follow(&b, &row);
+    CHECK(row.level > 0 && row.points > 0 && row.points < 128 && row.command.force[1] > 0.1);
+    bench_close(&b);
+
+    /* Points without areas have no levels, and no weights. */
+    bench_prepare(&b);
+    b.shell.area = NULL;
+    vxs_servo *servo = NULL;
+    uint8_t *memory = aligned_alloc(64, 1 << 20);
+    CHECK_INT(vxs_servo_init(memory, 1 << 20, &b.servo_config, &servo), VXS_NO_AREA);
+    CHECK(!servo);
+    free(memory);
+    b.shell = open_pointshell(&b.shell_bytes);
+    bench_open(&b);
+    bench_close(&b);
+}
+
 /* Far beyond the limits: the force keeps its direction. */
 static void check_clamp(void)
 {
@@ -286,6 +346,8 @@ int main(void)
     check_rearm();
     check_start_in_contact();
     check_fault();
+    check_device_fault();
+    check_budget();
     check_clamp();
     check_grip();
     check_missed();

@@ -121,6 +121,7 @@ int main(void)
         run(&b, rates[n], 0.9, 0);
         run(&b, rates[n], 0.5, 3.6);
     }
+    run(&b, 1000, 0, 4e6); /* a machine that sleeps for more than an hour, 20 times: beyond the last bin */
     bench_close(&b);
     return 0;
 }
