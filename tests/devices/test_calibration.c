@@ -104,6 +104,13 @@ static void check_ends(void)
     CHECK(result.scale == 0);
     CHECK(r.command.wrench.force[1] == 0);
 
+    /* a cable that pulls now more, now less, each 2 s: not before it rests does anything hang there */
+    start(&emulated_hvlink, 2300, 1, 0);
+    begin();
+    for (int period = 0; period < 8; period++)
+        for (int n = 0; n < 2000; n++) CHECK_INT(tick(period % 2 ? 0.4 : 0), VXS_CALIBRATION_EMPTY);
+    CHECK_INT(run(0.4, VXS_CALIBRATION_EMPTY, 10000), VXS_CALIBRATION_HANG);
+
     /* friction that the spring does not overcome */
     start(&emulated_hvlink, 2300, 1, 4);
     begin();
@@ -150,13 +157,18 @@ static void check_config(void)
     CHECK_INT(vxs_calibration_init(memory, sizeof memory, &good, &calibration), VXS_OK);
     CHECK_INT(vxs_calibration_init(memory, 16, &good, &calibration), VXS_BUFFER);
     CHECK_INT(vxs_calibration_init(memory, sizeof memory, NULL, &calibration), VXS_PARAM);
+    CHECK_INT(vxs_calibration_init(NULL, sizeof memory, &good, &calibration), VXS_PARAM);
+    CHECK_INT(vxs_calibration_init(memory, sizeof memory, &good, NULL), VXS_PARAM);
+    CHECK_INT(vxs_calibration_init(memory + 1, sizeof memory - 1, &good, &calibration), VXS_BUFFER);
     for (size_t n = 0; n < 12; n++) {
         double *const numbers[] = {&bad.mass,      &bad.down[0],   &bad.gravity,   &bad.sample_time,
                                    &bad.stiffness, &bad.damping,   &bad.way,       &bad.period,
                                    &bad.patience,  &bad.max_force, &bad.max_speed, &bad.down[1]};
         bad = good;
-        *numbers[n] = NAN;
-        CHECK_INT(vxs_calibration_init(memory, sizeof memory, &bad, &calibration), VXS_PARAM);
+        for (int i = 0; i < 3; i++) {
+            *numbers[n] = i == 0 ? NAN : i == 1 ? 1e9 : -1e9;
+            CHECK_INT(vxs_calibration_init(memory, sizeof memory, &bad, &calibration), VXS_PARAM);
+        }
     }
     bad = good;
     bad.struct_size = 0;

@@ -151,10 +151,22 @@ static void check_kinematics(void)
     CHECK(!vxsi_falcon_forward(none, kept) && !vxsi_falcon_forward(nan_angle, kept) && kept[2] == 0.12);
 }
 
+/* An angle that no encoder counts to is the last one that it does; a Jacobian without rank has no torques. */
+static void check_limits(void)
+{
+    const double line[9] = {1, 2, 3, 2, 4, 6, 0, 0, 1}, force[3] = {1, 1, 1};
+    double torque[3] = {7, 7, 7};
+    CHECK_INT(vxsi_falcon_count(1e6), vxsi_falcon_count(1e9));
+    CHECK_INT(vxsi_falcon_count(-1e6), vxsi_falcon_count(-1e9));
+    CHECK_INT(vxsi_falcon_count(1e6) + vxsi_falcon_count(-1e6), -1);
+    CHECK(!vxsi_falcon_torque(line, force, torque) && torque[0] == 7);
+}
+
 int main(void)
 {
     check_packets();
     check_stream();
     check_kinematics();
+    check_limits();
     return 0;
 }

@@ -232,11 +232,62 @@ static void check_device(void)
     CHECK(output(5) == 0);
 }
 
+/* Structs that claim more than a frame holds, frames of another type, a stream that nobody reads. */
+static void check_limits(void)
+{
+    uint8_t bytes[VXS_HVLINK_MAX_FRAME], fault = 9;
+    uint32_t session = 9;
+    float value[VXS_HVLINK_VALUES + 2], velocity[VXS_HVLINK_VALUES] = {1, 2, 3, 4, 5, 6, 7, 8};
+    vxs_hvlink_stream stream = {.count = 0};
+    vxs_hvlink_frame frame = {.type = VXS_HVLINK_PING, .size = VXS_HVLINK_MAX_PAYLOAD + 1}, taken;
+    CHECK_INT(vxs_hvlink_encode(&frame, bytes, sizeof bytes), 0);
+    frame.size = 0;
+    CHECK(!vxs_hvlink_unpack_arm(&frame, &session) && !vxs_hvlink_unpack_fault(&frame, &fault));
+    frame.type = VXS_HVLINK_FAULT;
+    frame.size = 2;
+    CHECK(!vxs_hvlink_unpack_fault(&frame, &fault) && session == 9 && fault == 9);
+    vxs_hvlink_caps caps = {.session = 3, .sensed = 3, .actuated = 3, .rate_hz = 1000, .ttl_ms = 10}, heard;
+    memset(caps.name, 'x', sizeof caps.name); /* without an end */
+    vxs_hvlink_pack_caps(&caps, &frame);
+    CHECK(vxs_hvlink_unpack_caps(&frame, &heard) && strlen(heard.name) == VXS_HVLINK_TEXT - 1);
+    frame.size = VXS_HVLINK_MAX_PAYLOAD + 1;
+    CHECK(!vxs_hvlink_unpack_caps(&frame, &heard));
+    vxs_hvlink_command command = {.ttl_ms = 5, .count = 200};
+    vxs_hvlink_pack_command(&command, &frame);
+    CHECK(vxs_hvlink_unpack_command(&frame, &command) && command.count == VXS_HVLINK_VALUES);
+
+    /* The newest bytes stay: the frame is whole, what was before it is counted. */
+    vxs_hvlink_pack_hello(&frame);
+    size_t size = vxs_hvlink_encode(&frame, bytes, sizeof bytes);
+    for (int n = 0; n < 300; n++) vxs_hvlink_put(&stream, 0x11);
+    for (size_t n = 0; n < size; n++) vxs_hvlink_put(&stream, bytes[n]);
+    CHECK(vxs_hvlink_take(&stream, &taken) && taken.type == VXS_HVLINK_HELLO);
+    CHECK_INT(stream.dropped, 300);
+
+    /* A device with more values than there are, and one that does not know its place: DISARM does not give it one. */
+    vxs_hvlink_device_init(&device, &caps);
+    device.caps.sensed = device.caps.actuated = VXS_HVLINK_VALUES + 2;
+    for (int n = 0; n < VXS_HVLINK_VALUES + 2; n++) value[n] = 7;
+    vxs_hvlink_device_output(&device, 0, value);
+    CHECK(value[VXS_HVLINK_VALUES - 1] == 0 && value[VXS_HVLINK_VALUES] == 7);
+    vxs_hvlink_state state;
+    size = vxs_hvlink_device_state(&device, value, velocity, 0, 0, bytes);
+    for (size_t n = 0; n < size; n++) vxs_hvlink_put(&stream, bytes[n]);
+    CHECK(vxs_hvlink_take(&stream, &taken) && vxs_hvlink_unpack_state(&taken, &state));
+    CHECK(state.count == VXS_HVLINK_VALUES && state.has_velocity && state.velocity[7] == 8);
+    device.state = VXS_HVLINK_UNCALIBRATED;
+    frame.type = VXS_HVLINK_DISARM;
+    frame.size = 0;
+    tell(&frame, 0);
+    CHECK_INT(device.state, VXS_HVLINK_UNCALIBRATED);
+}
+
 int main(void)
 {
     check_golden();
     check_damage();
     check_device();
+    check_limits();
     printf("a device takes %zu bytes\n", sizeof(vxs_hvlink_device));
     CHECK(sizeof(vxs_hvlink_device) <= 512);
     return 0;

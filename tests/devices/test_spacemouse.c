@@ -54,6 +54,8 @@ int main(void)
     CHECK_NEAR(w[1], 1, 0);
     CHECK_NEAR(w[2], 1, 0);
     CHECK(vxsi_spacemouse_is_known(0x046D, 0xC626) && vxsi_spacemouse_is_known(0x256F, 0xC635));
+    CHECK_INT(vxsi_spacemouse_encode_lamp(0, again), 2);
+    CHECK_INT(again[1], 0);
     CHECK(!vxsi_spacemouse_is_known(0x256F, 0xC650) && !vxsi_spacemouse_is_known(0x1234, 0xC626));
     return 0;
 }

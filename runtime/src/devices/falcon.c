@@ -24,7 +24,7 @@ static const double centre_z = 0.12; /* of the workspace */
 typedef struct falcon_host {
     vxsi_falcon_stream stream;
     double place[3], jacobian[9];
-    uint32_t has_place, is_homed;
+    uint32_t is_homed;
     uint8_t expected[CHUNK]; /* of the firmware's echo */
     uint32_t expected_size, got;
 } falcon_host;
@@ -57,7 +57,8 @@ static size_t make(vxsi_link *link, const vxs_wrench *wrench, uint32_t arming, u
     double torque[3], most = 0;
     output.lamps |= host->is_homed ? VXSI_FALCON_GREEN : VXSI_FALCON_RED;
     if (arming) output.lamps |= VXSI_FALCON_BLUE;
-    if (arming && host->has_place && vxsi_falcon_torque(host->jacobian, wrench->force, torque)) {
+    /* Before the first place the Jacobian is zero, and has no torque. */
+    if (arming && vxsi_falcon_torque(host->jacobian, wrench->force, torque)) {
         for (int n = 0; n < 3; n++) {
             torque[n] *= -link->config.units_per_nm;
             most = fmax(most, fabs(torque[n]));
@@ -74,7 +75,6 @@ static uint32_t take(vxsi_link *link, const uint8_t *bytes, size_t size, vxs_dev
     falcon_host *host = host_of(link);
     uint8_t copy[VXSI_WIRE_MOST];
     uint32_t found = 0;
-    if (size > sizeof copy) return VXSI_LINK_MALFORMED;
     memcpy(copy, bytes, size);
     size = vxsi_ftdi_strip(copy, size);
     for (size_t n = 0; n < size; n++) {
@@ -94,7 +94,6 @@ static uint32_t take(vxsi_link *link, const uint8_t *bytes, size_t size, vxs_dev
         if (host->is_homed) {
             memcpy(host->place, place, sizeof place);
             memcpy(host->jacobian, jacobian, sizeof jacobian);
-            host->has_place = 1;
             memcpy(state->pose.position, place, sizeof place);
             state->pose.position[2] -= centre_z;
         }

@@ -81,7 +81,7 @@ vxs_result vxsi_link_ask(vxsi_link *link, const uint8_t *bytes, size_t size,
 {
     uint8_t got[VXSI_WIRE_MOST];
     int64_t end = link->now(link->user) + wait_ns;
-    vxs_result result = size > 0 ? link->wire.ops->send(link->wire.self, bytes, size) : VXS_OK;
+    vxs_result result = link->wire.ops->send(link->wire.self, bytes, size);
     while (result == VXS_BUSY && link->now(link->user) < end) { /* what was said before is still on its way */
         int32_t count = link->wire.ops->receive(link->wire.self, got, sizeof got, 1000000);
         result = count < 0 ? (vxs_result)count : link->wire.ops->send(link->wire.self, bytes, size);
