@@ -2,7 +2,7 @@
  *
  * The tick's side of every coupling: guards against what is not finite. rt-safe.
  */
-#include "coupling_kind.h"
+#include "coupling_table.h"
 
 static int is_finite(const vxs_wrench *wrench)
 {
@@ -32,7 +32,7 @@ int vxs_coupling_refine(vxs_coupling *coupling, const vxs_wrench *contact, doubl
     double rotation[9];
     if (!coupling->kind->refine || !is_finite(contact) || !vxs_pose_rotation(device, rotation)) return 0;
     coupling->evaluations++;
-    coupling->depth = depth > 0 && isfinite(depth) ? vxsi_without_denormals(depth) : 0;
+    coupling->depth = depth > 0 && isfinite(depth) ? vxs_without_denormals(depth) : 0;
     return coupling->kind->refine(coupling, contact, coupling->depth, device);
 }
 

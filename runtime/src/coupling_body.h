@@ -5,7 +5,7 @@
 #ifndef VXSI_COUPLING_BODY_H
 #define VXSI_COUPLING_BODY_H
 
-#include "coupling_kind.h"
+#include "coupling_table.h"
 
 /* q turned by the small vector `turn`; of length 1 again. */
 static inline void vxsi_turn(double q[4], const double turn[3])
@@ -17,7 +17,7 @@ static inline void vxsi_turn(double q[4], const double turn[3])
     next[2] = q[2] + 0.5 * (v[1] * q[0] + v[2] * q[1] - v[0] * q[3]);
     next[3] = q[3] + 0.5 * (v[2] * q[0] + v[0] * q[2] - v[1] * q[1]);
     double length = sqrt(((next[0] * next[0] + next[1] * next[1]) + next[2] * next[2]) + next[3] * next[3]);
-    for (int i = 0; i < 4; i++) q[i] = vxsi_without_denormals(next[i] / length);
+    for (int i = 0; i < 4; i++) q[i] = vxs_without_denormals(next[i] / length);
 }
 
 /* The pose with an orientation of length 1; identity for one that is none. */
@@ -25,8 +25,8 @@ static inline void vxsi_unit_pose(const vxs_pose *pose, vxs_pose *out)
 {
     vxs_pose identity = vxs_pose_identity();
     if (!vxs_pose_compose(pose, &identity, out)) *out = identity;
-    for (int i = 0; i < 3; i++) out->position[i] = vxsi_without_denormals(out->position[i]);
-    for (int i = 0; i < 4; i++) out->orientation[i] = vxsi_without_denormals(out->orientation[i]);
+    for (int i = 0; i < 3; i++) out->position[i] = vxs_without_denormals(out->position[i]);
+    for (int i = 0; i < 4; i++) out->orientation[i] = vxs_without_denormals(out->orientation[i]);
 }
 
 #endif

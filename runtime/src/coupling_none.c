@@ -2,7 +2,7 @@
  *
  * No coupling: the device feels the collision wrench. rt-safe.
  */
-#include "coupling_kind.h"
+#include "coupling_table.h"
 
 static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_pose *device, vxs_wrench *out)
 {
@@ -11,4 +11,4 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
     *out = *contact;
 }
 
-const vxsi_coupling_kind vxsi_coupling_none = {.kind = VXS_COUPLING_NONE, .name = "none", .step = step};
+const vxs_coupling_kind vxsi_coupling_none = {.kind = VXS_COUPLING_NONE, .name = "none", .step = step};

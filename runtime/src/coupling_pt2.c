@@ -4,14 +4,14 @@
  * function is that of the biquad). At rest both integrator inputs are exactly 0, hence a gain of
  * exactly K; the direct form loses it to cancellation in 1 + a1 + a2 when w0 T is small. rt-safe.
  */
-#include "coupling_kind.h"
+#include "coupling_table.h"
 
 /* a1 = 1/(1 + g (g + 2d)), a2 = g a1, a3 = g a2, with g = w0 T/2; the integrators of the six axes. */
 typedef struct pt2 {
     double gain, a1, a2, a3;
     double axes[6][2];
 } pt2;
-VXSI_COUPLING_FITS(pt2);
+VXS_COUPLING_FITS(pt2);
 
 static vxs_result check(const vxs_coupling_config *config)
 {
@@ -44,12 +44,12 @@ static void reset(vxs_coupling *coupling, const vxs_pose *device)
 
 static double filter_axis(const pt2 *p, double state[2], double input)
 {
-    double rest = vxsi_without_denormals(input) - state[1];
+    double rest = vxs_without_denormals(input) - state[1];
     double rate = p->a1 * state[0] + p->a2 * rest;
     double value = state[1] + (p->a2 * state[0] + p->a3 * rest);
-    state[0] = vxsi_without_denormals(2 * rate - state[0]);
-    state[1] = vxsi_without_denormals(2 * value - state[1]);
-    return vxsi_without_denormals(p->gain * value);
+    state[0] = vxs_without_denormals(2 * rate - state[0]);
+    state[1] = vxs_without_denormals(2 * value - state[1]);
+    return vxs_without_denormals(p->gain * value);
 }
 
 static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_pose *device, vxs_wrench *out)
@@ -62,5 +62,5 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
         out->torque[axis] = filter_axis(p, p->axes[3 + axis], contact->torque[axis]);
 }
 
-const vxsi_coupling_kind vxsi_coupling_pt2 = {
+const vxs_coupling_kind vxsi_coupling_pt2 = {
     .kind = VXS_COUPLING_PT2, .name = "pt2", .check = check, .set_up = set_up, .reset = reset, .step = step};

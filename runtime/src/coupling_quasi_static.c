@@ -32,7 +32,7 @@ typedef struct quasi_static {
     double push[6];          /* and its wrench there */
     double pushed[6];        /* the last one that was not 0 */
 } quasi_static;
-VXSI_COUPLING_FITS(quasi_static);
+VXS_COUPLING_FITS(quasi_static);
 
 /* A contact that seems stiffer than so many springs is a step of the contact, not a slope. */
 static const double steepest = 1e3;
@@ -112,7 +112,7 @@ static void move(const quasi_static *s, vxs_pose *pose, const double way[6])
 {
     double turn[3];
     for (int i = 0; i < 3; i++) {
-        pose->position[i] = vxsi_without_denormals(pose->position[i] + way[i]);
+        pose->position[i] = vxs_without_denormals(pose->position[i] + way[i]);
         turn[i] = way[3 + i] / s->radius;
     }
     vxsi_turn(pose->orientation, turn);
@@ -166,7 +166,7 @@ static void learn_slope(quasi_static *s, const vxs_pose *at, const double push[6
     double factor = (1 + dot(rise, turned) / product) / product;
     for (int i = 0; i < 6; i++) {
         for (int j = 0; j < 6; j++)
-            s->inverse[i][j] = vxsi_without_denormals(
+            s->inverse[i][j] = vxs_without_denormals(
                 s->inverse[i][j] +
                 (factor * (way[i] * way[j]) - (turned[i] * way[j] + way[i] * turned[j]) / product));
     }
@@ -190,8 +190,8 @@ static void look(const vxs_coupling *coupling, const vxs_wrench *contact, const 
     vxsi_unit_pose(device, &now);
     way_between(s, at, &now, rest);
     for (int i = 0; i < 3; i++) {
-        push[i] = vxsi_without_denormals(contact->force[i] / s->stiffness);
-        push[3 + i] = vxsi_without_denormals(contact->torque[i] / (s->stiffness * s->radius));
+        push[i] = vxs_without_denormals(contact->force[i] / s->stiffness);
+        push[3 + i] = vxs_without_denormals(contact->torque[i] / (s->stiffness * s->radius));
     }
     for (int i = 0; i < 6; i++) rest[i] += push[i];
 }
@@ -260,11 +260,11 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
     }
 }
 
-const vxsi_coupling_kind vxsi_coupling_quasi_static = {.kind = VXS_COUPLING_QUASI_STATIC,
-                                                       .name = "quasi-static",
-                                                       .check = check,
-                                                       .set_up = set_up,
-                                                       .reset = reset,
-                                                       .pose = pose,
-                                                       .refine = refine,
-                                                       .step = step};
+const vxs_coupling_kind vxsi_coupling_quasi_static = {.kind = VXS_COUPLING_QUASI_STATIC,
+                                                      .name = "quasi-static",
+                                                      .check = check,
+                                                      .set_up = set_up,
+                                                      .reset = reset,
+                                                      .pose = pose,
+                                                      .refine = refine,
+                                                      .step = step};

@@ -2,18 +2,25 @@
  *
  * Set-up of couplings: kinds by number and name, what all of them check, the biquad of a PT2.
  */
-#include "coupling_kind.h"
+#include "coupling_table.h"
 
 enum { ALIGNMENT = 16 };
 
 static const double pi = 3.14159265358979323846;
 
-const vxsi_coupling_kind *vxsi_coupling_kind_of(uint32_t kind)
+static const vxs_coupling_kind *row_of(uint32_t kind)
 {
     for (int n = 0; vxsi_coupling_kinds[n]; n++) {
         if (vxsi_coupling_kinds[n]->kind == kind) return vxsi_coupling_kinds[n];
     }
     return NULL;
+}
+
+const vxs_coupling_kind *vxsi_coupling_kind_of(const vxs_coupling_config *config)
+{
+    const vxs_coupling_kind *own = config->own;
+    if (!own) return row_of(config->kind);
+    return config->kind == VXS_COUPLING_OWN && own->name && own->step ? own : NULL;
 }
 
 /* Pre-warping is another w0: the one whose Tustin image is exact at the one asked for. */
@@ -28,7 +35,7 @@ static vxs_coupling_config without_prewarp(const vxs_coupling_config *config)
 
 const char *vxs_coupling_kind_name(uint32_t kind)
 {
-    const vxsi_coupling_kind *found = vxsi_coupling_kind_of(kind);
+    const vxs_coupling_kind *found = row_of(kind);
     return found ? found->name : NULL;
 }
 
@@ -72,7 +79,10 @@ vxs_result vxs_coupling_config_check(const vxs_coupling_config *config)
 {
     if (!config) return VXS_PARAM;
     if (config->struct_size != sizeof *config) return VXS_CONFIG;
-    const vxsi_coupling_kind *kind = vxsi_coupling_kind_of(config->kind);
+    const vxs_coupling_kind *kind = config->own; /* the sizes first: they say where all else stands */
+    if (kind && (kind->struct_size != sizeof *kind || kind->coupling_size != sizeof(vxs_coupling)))
+        return VXS_CONFIG;
+    kind = vxsi_coupling_kind_of(config);
     if (!kind) return VXS_PARAM;
     if (!(config->sample_time >= VXS_COUPLING_MIN_SAMPLE_TIME &&
           config->sample_time <= VXS_COUPLING_MAX_SAMPLE_TIME))
@@ -108,7 +118,7 @@ vxs_result vxs_coupling_init(void *memory, size_t size, const vxs_coupling_confi
     if (result != VXS_OK) return result;
     if (!memory || !out) return VXS_PARAM;
     if ((uintptr_t)memory % ALIGNMENT != 0 || size < vxs_coupling_memory()) return VXS_BUFFER;
-    const vxsi_coupling_kind *kind = vxsi_coupling_kind_of(config->kind);
+    const vxs_coupling_kind *kind = vxsi_coupling_kind_of(config);
     vxs_coupling *coupling = memory;
     memset(coupling, 0, sizeof *coupling);
     coupling->kind = kind;

@@ -12,7 +12,7 @@ typedef struct spring_damper {
     vxs_pose object, device; /* device: of the sample before */
     double velocity[3], angular_velocity[3];
 } spring_damper;
-VXSI_COUPLING_FITS(spring_damper);
+VXS_COUPLING_FITS(spring_damper);
 
 static vxs_result check(const vxs_coupling_config *config)
 {
@@ -52,8 +52,8 @@ static double next_velocity(const spring_damper *s, double t, double velocity, d
 {
     double m = s->mass;
     double drive = (s->stiffness * stretch + s->viscosity * device_velocity) + push / inertia_scale;
-    return vxsi_without_denormals((velocity + t / m * drive) /
-                                  (1 + t / m * (s->viscosity + t * s->stiffness)));
+    return vxs_without_denormals((velocity + t / m * drive) /
+                                 (1 + t / m * (s->viscosity + t * s->stiffness)));
 }
 
 static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_pose *device, vxs_wrench *out)
@@ -69,7 +69,7 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
         double stretch = now.position[i] - s->object.position[i];
         double device_velocity = (now.position[i] - s->device.position[i]) / t;
         s->velocity[i] = next_velocity(s, t, s->velocity[i], stretch, device_velocity, contact->force[i], 1);
-        s->object.position[i] = vxsi_without_denormals(s->object.position[i] + t * s->velocity[i]);
+        s->object.position[i] = vxs_without_denormals(s->object.position[i] + t * s->velocity[i]);
         out->force[i] = s->stiffness * (s->object.position[i] - now.position[i]) +
                         s->viscosity * (s->velocity[i] - device_velocity);
         double device_rate = device_turn[i] / t;
@@ -83,11 +83,11 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
     s->device = now;
 }
 
-const vxsi_coupling_kind vxsi_coupling_spring_damper = {.kind = VXS_COUPLING_SPRING_DAMPER,
-                                                        .name = "spring-damper",
-                                                        .has_body = 1,
-                                                        .check = check,
-                                                        .set_up = set_up,
-                                                        .reset = reset,
-                                                        .pose = pose,
-                                                        .step = step};
+const vxs_coupling_kind vxsi_coupling_spring_damper = {.kind = VXS_COUPLING_SPRING_DAMPER,
+                                                       .name = "spring-damper",
+                                                       .has_body = 1,
+                                                       .check = check,
+                                                       .set_up = set_up,
+                                                       .reset = reset,
+                                                       .pose = pose,
+                                                       .step = step};

@@ -2,7 +2,7 @@
  *
  * Set-up of the servo.
  */
-#include "coupling_kind.h"
+#include "coupling_table.h"
 #include "servo_state.h"
 
 #include <math.h>
@@ -47,17 +47,19 @@ static vxs_result check_effects(const vxs_servo_config *config)
 {
     if (config->effect_count > VXSI_STAGE_MOST || (config->effect_count > 0 && !config->effects))
         return VXS_PARAM;
+    uint32_t own = 0;
     for (uint32_t n = 0; n < config->effect_count; n++) {
         const vxs_effect *effect = &config->effects[n];
         vxs_result result = vxs_effect_check(effect);
         if (result != VXS_OK) return result;
-        const vxsi_stage *stage = vxsi_stage_of(effect->kind);
+        const vxs_effect_kind *stage = vxsi_effect_kind_of(effect);
+        own += stage == effect->own;
         if (stage->fits) result = stage->fits(effect, config);
         if (result != VXS_OK) return result;
         for (uint32_t m = 0; m < n; m++)
-            if (config->effects[m].kind == config->effects[n].kind) return VXS_PARAM;
+            if (vxsi_effect_kind_of(&config->effects[m]) == stage) return VXS_PARAM;
     }
-    return VXS_OK;
+    return own + vxsi_servo_table_size <= VXSI_STAGE_MOST ? VXS_OK : VXS_PARAM;
 }
 
 /* What 1 N/m at the farthest point of the shell is about the tip: 1 + a^2, a its distance over the shell's
@@ -76,15 +78,16 @@ static double lever_of(const vxs_servo_config *config)
 /* One body at most, and one that nothing shakes. */
 static vxs_result check_body(const vxs_servo_config *config)
 {
+    uint32_t bodies = 0;
     double compliance = 0, square = config->coupling.sample_time * config->coupling.sample_time;
     for (uint32_t n = 0; n < config->effect_count; n++) {
-        const vxsi_stage *stage = vxsi_stage_of(config->effects[n].kind);
+        const vxs_effect_kind *stage = vxsi_effect_kind_of(&config->effects[n]);
         if (!stage->pose) continue;
-        if (vxsi_coupling_kind_of(config->coupling.kind)->pose) return VXS_TWO_BODIES;
+        if (bodies++ || vxsi_coupling_kind_of(&config->coupling)->pose) return VXS_TWO_BODIES;
         compliance = stage->compliance(&config->effects[n], config);
     }
     for (uint32_t n = 0; n < config->effect_count; n++) {
-        const vxsi_stage *stage = vxsi_stage_of(config->effects[n].kind);
+        const vxs_effect_kind *stage = vxsi_effect_kind_of(&config->effects[n]);
         if (stage->stiffness &&
             stage->stiffness(&config->effects[n], config) * lever_of(config) * compliance * square >
                 VXSI_EFFECT_SHARE)
@@ -130,7 +133,7 @@ static size_t round_up(size_t size)
 
 static size_t effect_memory(const vxs_effect *effect, const vxs_servo_config *config)
 {
-    const vxsi_stage *stage = vxsi_stage_of(effect->kind);
+    const vxs_effect_kind *stage = vxsi_effect_kind_of(effect);
     return round_up(stage->size) + (stage->extra ? round_up(stage->extra(effect, config)) : 0);
 }
 
@@ -152,32 +155,46 @@ static const uint32_t motor_guards = 1u << VXS_EFFECT_START_INSIDE | 1u << VXS_E
 static const vxs_effect *find_effect(const vxs_servo_config *config, uint32_t kind)
 {
     for (uint32_t n = 0; n < config->effect_count; n++)
-        if (config->effects[n].kind == kind) return &config->effects[n];
+        if (config->effects[n].kind == kind && !config->effects[n].own) return &config->effects[n];
     return NULL;
 }
 
-/* The table's stages that the config calls for, in the table's order; effects' memory from bytes on. */
+/* One more stage of the servo's tick; an effect's memory is at bytes. Returns how many of them it takes. */
+static size_t list_step(vxs_servo *servo, const vxs_servo_config *config, const vxs_effect_kind *stage,
+                        const vxs_effect *effect, uint32_t row, uint8_t *bytes)
+{
+    void *self = servo;
+    size_t size = effect ? effect_memory(effect, config) : 0;
+    if (effect) {
+        self = bytes;
+        memset(self, 0, size);
+        if (stage->set_up) stage->set_up(self, effect, &servo->config);
+        if (stage->attach) stage->attach(self, servo);
+    }
+    if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self, row};
+    if (stage->pose) {
+        servo->pose = stage->pose;
+        servo->pose_self = self;
+    }
+    servo->steps[servo->step_count++] = (vxsi_step){stage->run, self, stage->reset, row};
+    return size;
+}
+
+/* The table's stages that the config calls for, in the table's order, each behind the own ones that run before
+ * it; effects' memory from bytes on. */
 static void list_steps(vxs_servo *servo, const vxs_servo_config *config, uint8_t *bytes)
 {
     for (uint32_t n = 0; n < vxsi_servo_table_size; n++) {
-        const vxsi_stage *stage = vxsi_servo_table[n];
+        for (uint32_t m = 0; m < config->effect_count; m++) {
+            const vxs_effect *own = &config->effects[m];
+            if (own->own && vxsi_own_place(own->own) == n)
+                bytes += list_step(servo, config, own->own, own, vxsi_servo_table_size + m, bytes);
+        }
+        const vxs_effect_kind *stage = vxsi_servo_table[n];
         const vxs_effect *effect = stage->effect ? find_effect(config, stage->effect) : NULL;
         if (stage->effect && !effect) continue;
-        void *self = servo;
-        if (effect) {
-            servo->guards |= (1u << effect->kind) & motor_guards;
-            self = bytes;
-            memset(self, 0, effect_memory(effect, config));
-            bytes += effect_memory(effect, config);
-            if (stage->set_up) stage->set_up(self, effect, &servo->config);
-            if (stage->attach) stage->attach(self, servo);
-        }
-        if (stage->add) servo->adders[servo->adder_count++] = (vxsi_adder){stage->add, self, n};
-        if (stage->pose) {
-            servo->pose = stage->pose;
-            servo->pose_self = self;
-        }
-        servo->steps[servo->step_count++] = (vxsi_step){stage->run, self, stage->reset, n};
+        if (effect && effect->kind < 32) servo->guards |= (1u << effect->kind) & motor_guards;
+        bytes += list_step(servo, config, stage, effect, n, bytes);
     }
 }
 
@@ -238,7 +255,7 @@ vxs_result vxs_servo_may_drive(const vxs_servo *servo, const vxs_device_caps *ca
 vxs_result vxs_servo_stage_at(uint32_t number, vxs_servo_stage *stage)
 {
     if (number >= vxsi_servo_table_size || !stage) return VXS_PARAM;
-    const vxsi_stage *row = vxsi_servo_table[number];
+    const vxs_effect_kind *row = vxsi_servo_table[number];
     *stage = (vxs_servo_stage){row->name, row->reads, row->changes, row->effect, 0};
     return VXS_OK;
 }

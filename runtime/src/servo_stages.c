@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-static void evaluate_contact(void *self, vxsi_tick *tick)
+static void evaluate_contact(void *self, vxs_tick *tick)
 {
     vxs_servo *servo = self;
     uint32_t flags;
@@ -43,12 +43,12 @@ static void to_device_frame(const vxs_servo *servo, const double v[3], double ou
     for (int i = 0; i < 3; i++) out[i] = (r[i] * v[0] + r[3 + i] * v[1]) + r[6 + i] * v[2];
 }
 
-static void couple(void *self, vxsi_tick *tick)
+static void couple(void *self, vxs_tick *tick)
 {
     vxs_servo *servo = self;
     if (vxs_coupling_step(servo->coupling, &tick->wrench, &tick->tip, &tick->output) & VXS_COUPLING_INVALID)
         tick->flags |= VXS_SERVO_FAULT;
-    if (tick->has_field) vxsi_add(&tick->output, &tick->field);
+    if (tick->has_field) vxs_wrench_add(&tick->output, &tick->field);
     to_device_frame(servo, tick->output.force, tick->wrench.force);
     if (servo->has_torque) {
         to_device_frame(servo, tick->output.torque, tick->wrench.torque);
@@ -71,7 +71,7 @@ static int clamp(double v[3], double limit)
     return factor < 1;
 }
 
-static void clamp_both(void *self, vxsi_tick *tick)
+static void clamp_both(void *self, vxs_tick *tick)
 {
     const vxs_servo *servo = self;
     if (clamp(tick->wrench.force, servo->config.max_force)) tick->flags |= VXS_SERVO_SATURATED;
@@ -79,11 +79,12 @@ static void clamp_both(void *self, vxsi_tick *tick)
         tick->flags |= VXS_SERVO_SATURATED;
 }
 
-extern const vxsi_stage vxsi_stage_contact, vxsi_stage_coupling, vxsi_stage_clamp;
-const vxsi_stage vxsi_stage_contact = {
+extern const vxs_effect_kind vxsi_stage_contact, vxsi_stage_coupling, vxsi_stage_clamp;
+const vxs_effect_kind vxsi_stage_contact = {
     .name = "contact", .reads = "the object's pose; cells, points, normals", .run = evaluate_contact};
-const vxsi_stage vxsi_stage_coupling = {.name = "coupling",
-                                        .reads = "contact's wrench, the device's pose",
-                                        .reset = reset_coupling,
-                                        .run = couple};
-const vxsi_stage vxsi_stage_clamp = {.name = "clamp", .reads = "max_force, max_torque", .run = clamp_both};
+const vxs_effect_kind vxsi_stage_coupling = {.name = "coupling",
+                                             .reads = "contact's wrench, the device's pose",
+                                             .reset = reset_coupling,
+                                             .run = couple};
+const vxs_effect_kind vxsi_stage_clamp = {
+    .name = "clamp", .reads = "max_force, max_torque", .run = clamp_both};

@@ -9,7 +9,7 @@
 
 /* A stage of this servo's tick. */
 typedef struct vxsi_step {
-    void (*run)(void *self, vxsi_tick *tick);
+    void (*run)(void *self, vxs_tick *tick);
     void *self;
     void (*reset)(void *self, const vxs_pose *tip); /* may be NULL */
     uint32_t row;                                   /* of the table */
@@ -17,7 +17,7 @@ typedef struct vxsi_step {
 
 /* What a stage does within the stage contact. */
 typedef struct vxsi_adder {
-    void (*add)(void *self, vxsi_tick *tick);
+    void (*add)(void *self, vxs_tick *tick);
     void *self;
     uint32_t row;
 } vxsi_adder;
@@ -33,9 +33,9 @@ struct vxs_servo {
     uint32_t has_fault;
     uint32_t has_last;
     uint32_t has_torque;
-    uint32_t guards;           /* bit k: the list of effects has the kind k of those that motors want */
-    uint32_t has_body;         /* the object: a stage or the coupling moves it, not the hand */
-    const vxsi_moving *moving; /* NULL: no static does */
+    uint32_t guards;          /* bit k: the list of effects has the kind k of those that motors want */
+    uint32_t has_body;        /* the object: a stage or the coupling moves it, not the hand */
+    const vxs_moving *moving; /* NULL: no static does */
     uint32_t step_count, adder_count;
     vxsi_step steps[VXSI_STAGE_MOST];
     vxsi_adder adders[VXSI_STAGE_MOST];

@@ -22,12 +22,12 @@
     ROW(clamp)                                                                                               \
     ROW(soft_start)
 
-#define ROW(name) extern const vxsi_stage vxsi_stage_##name;
+#define ROW(name) extern const vxs_effect_kind vxsi_stage_##name;
 TABLE
 #undef ROW
 
 #define ROW(name) &vxsi_stage_##name,
-const vxsi_stage *const vxsi_servo_table[] = {TABLE};
+const vxs_effect_kind *const vxsi_servo_table[] = {TABLE};
 const uint32_t vxsi_servo_table_size = sizeof vxsi_servo_table / sizeof *vxsi_servo_table;
 
 _Static_assert(sizeof vxsi_servo_table / sizeof *vxsi_servo_table <= VXSI_STAGE_MOST,

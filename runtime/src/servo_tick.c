@@ -30,7 +30,7 @@ static int is_time(int64_t time_ns)
 }
 
 /* Missed ticks and a silent link: what the device still rendered, and whether it counts as lost. */
-static void watch_clock(vxs_servo *servo, int64_t now_ns, vxsi_tick *tick)
+static void watch_clock(vxs_servo *servo, int64_t now_ns, vxs_tick *tick)
 {
     const vxs_device_state *state = tick->state;
     uint32_t flags = 0;
@@ -72,7 +72,7 @@ static int is_teleport(const vxs_servo *servo, const vxs_device_state *state, in
     return square > most * most || cosine * cosine < quarter_turn * (length * last_length);
 }
 
-static void run_steps(vxs_servo *servo, vxsi_tick *tick)
+static void run_steps(vxs_servo *servo, vxs_tick *tick)
 {
     const vxsi_step *end = servo->steps + servo->step_count;
     if (!servo->is_live) {
@@ -83,7 +83,7 @@ static void run_steps(vxs_servo *servo, vxsi_tick *tick)
         if (step->run) step->run(step->self, tick);
 }
 
-static void write_trace(const vxs_servo *servo, const vxsi_tick *tick, vxs_servo_trace *trace)
+static void write_trace(const vxs_servo *servo, const vxs_tick *tick, vxs_servo_trace *trace)
 {
     const vxs_contact_result *contact = &tick->contact;
     memset(trace, 0, sizeof *trace);
@@ -109,13 +109,13 @@ static void write_trace(const vxs_servo *servo, const vxsi_tick *tick, vxs_servo
 uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state, vxs_device_command *command,
                         vxs_servo_trace *trace)
 {
-    vxsi_tick tick = {.state = state,
-                      .elapsed = servo->config.coupling.sample_time,
-                      .moving = servo->moving,
-                      .has_body = servo->has_body,
-                      .last = &servo->command.wrench,
-                      .share = 1,
-                      .gain = 1};
+    vxs_tick tick = {.state = state,
+                     .elapsed = servo->config.coupling.sample_time,
+                     .moving = servo->moving,
+                     .has_body = servo->has_body,
+                     .last = &servo->command.wrench,
+                     .share = 1,
+                     .gain = 1};
     int64_t now_ns = is_time(state->time_ns) ? state->time_ns : servo->last_time_ns;
     watch_clock(servo, now_ns, &tick);
     if (!is_time(state->time_ns) || !scene_pose(servo, state, &tick.tip)) servo->has_fault = 1;

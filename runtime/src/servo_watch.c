@@ -5,7 +5,7 @@
 #include "servo_state.h"
 
 typedef struct watched {
-    void (*work)(void *self, vxsi_tick *tick);
+    void (*work)(void *self, vxs_tick *tick);
     void (*reset)(void *self, const vxs_pose *tip); /* may be NULL */
     void *self;
     const vxs_servo_watch *watch;
@@ -19,7 +19,7 @@ typedef struct watching {
 
 enum { ALIGNMENT = 16 };
 
-static void work_watched(void *self, vxsi_tick *tick)
+static void work_watched(void *self, vxs_tick *tick)
 {
     const watched *stage = self;
     stage->watch->before(stage->watch->user, stage->row);
@@ -34,7 +34,7 @@ static void reset_watched(void *self, const vxs_pose *tip)
 }
 
 /* Of a stage that only adds to another one: told all the same, so that what telling takes can be seen. */
-static void no_work(void *self, vxsi_tick *tick)
+static void no_work(void *self, vxs_tick *tick)
 {
     (void)self;
     (void)tick;

@@ -5,13 +5,9 @@
  */
 #include "../scene.h"
 
-#include "servo_stage.h" /* runtime/src: what an effect is */
-
-#include <math.h>
+#include "voxshell/effect_kind.h"
 
 /* --- the effect: towards a point, strongest at `reach` from it, nothing at the point and far away --- */
-
-enum { LAB_MAGNET = VXS_EFFECT_OWN };
 
 static const vxs_effect_constant constants[] = {{"at_x", "m", 0, -1e3, 1e3},
                                                 {"at_y", "m", 0, -1e3, 1e3},
@@ -30,7 +26,7 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
 }
 
 /* F = 2 f (r/a) / (1 + (r/a)^2): the slope of an energy, so that nothing is gained on a round trip. */
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     const magnet *m = self;
     double way[3], square = 0;
@@ -40,26 +36,18 @@ static void run(void *self, vxsi_tick *tick)
     }
     vxs_wrench pull = {{0, 0, 0}, {0, 0, 0}};
     for (int i = 0; i < 3; i++) pull.force[i] = 2 * m->force * way[i] / (1 + square);
-    vxsi_add_to_hand(tick, &pull);
+    vxs_tick_add_to_hand(tick, &pull);
 }
 
-static const vxsi_stage lab_magnet = {.effect = LAB_MAGNET,
-                                      .name = "lab-magnet",
-                                      .reads = "the tip's position",
-                                      .size = sizeof(magnet),
-                                      .constants = constants,
-                                      .constant_count = sizeof constants / sizeof *constants,
-                                      .set_up = set_up,
-                                      .run = run};
-
-/* The runtime's table of stages, in place of src/servo_table.c: what this program uses, and ours where it
- * belongs: before the coupling. */
-extern const vxsi_stage vxsi_stage_contact, vxsi_stage_start_inside, vxsi_stage_torque, vxsi_stage_coupling,
-    vxsi_stage_clamp, vxsi_stage_soft_start;
-const vxsi_stage *const vxsi_servo_table[] = {
-    &vxsi_stage_contact,  &vxsi_stage_start_inside, &lab_magnet,           &vxsi_stage_torque,
-    &vxsi_stage_coupling, &vxsi_stage_clamp,        &vxsi_stage_soft_start};
-const uint32_t vxsi_servo_table_size = sizeof vxsi_servo_table / sizeof *vxsi_servo_table;
+static const vxs_effect_kind lab_magnet = {.struct_size = sizeof(vxs_effect_kind),
+                                           .tick_size = sizeof(vxs_tick),
+                                           .name = "lab-magnet",
+                                           .reads = "the tip's position",
+                                           .size = sizeof(magnet),
+                                           .constants = constants,
+                                           .constant_count = sizeof constants / sizeof *constants,
+                                           .set_up = set_up,
+                                           .run = run};
 
 /* --- its use: the scene's own effects, and the magnet at the cup's wall --- */
 
@@ -75,7 +63,7 @@ int main(int count, char **arguments)
     if (s.config.effect_count > most) return 1;
     memcpy(effects, s.config.effects, s.config.effect_count * sizeof *effects);
     vxs_effect *ours = &effects[s.config.effect_count++];
-    vxs_effect_default(vxs_effect_kind_named("lab-magnet"), ours);
+    if (vxs_effect_own(&lab_magnet, ours) != VXS_OK) return 1;
     const double at[3] = {0.065, 0.04, 0};
     memcpy(ours->as.constants, at, sizeof at);
     s.config.effects = effects;

@@ -5,7 +5,7 @@
  */
 #include "../scene.h"
 
-#include "coupling_kind.h" /* runtime/src: what a coupling is */
+#include "voxshell/coupling_kind.h"
 #include "voxshell/simulated.h"
 
 /* --- the coupling: six axes, one state each --- */
@@ -13,13 +13,11 @@
 typedef struct lag {
     double share, axes[6];
 } lag;
-VXSI_COUPLING_FITS(lag);
-
-enum { LAB_LAG = VXS_COUPLING_OWN };
+VXS_COUPLING_FITS(lag);
 
 static vxs_result check(const vxs_coupling_config *config)
 {
-    return vxsi_is_positive(config->omega0) ? VXS_OK : VXS_FREQUENCY;
+    return config->omega0 > 0 ? VXS_OK : VXS_FREQUENCY;
 }
 
 static void set_up(vxs_coupling *coupling, const vxs_coupling_config *config)
@@ -40,20 +38,18 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
     lag *l = (lag *)coupling->state;
     for (int axis = 0; axis < 6; axis++) {
         double in = axis < 3 ? contact->force[axis] : contact->torque[axis - 3];
-        l->axes[axis] = vxsi_without_denormals(l->axes[axis] + l->share * (in - l->axes[axis]));
+        l->axes[axis] = vxs_without_denormals(l->axes[axis] + l->share * (in - l->axes[axis]));
         *(axis < 3 ? &out->force[axis] : &out->torque[axis - 3]) = l->axes[axis];
     }
 }
 
-static const vxsi_coupling_kind lab_lag = {
-    .kind = LAB_LAG, .name = "lab-lag", .check = check, .set_up = set_up, .reset = reset, .step = step};
-
-/* The runtime's table with one line more, in place of src/coupling_kinds.c. */
-extern const vxsi_coupling_kind vxsi_coupling_none, vxsi_coupling_pt2, vxsi_coupling_spring_damper,
-    vxsi_coupling_quasi_static;
-const vxsi_coupling_kind *const vxsi_coupling_kinds[] = {
-    &vxsi_coupling_none,         &vxsi_coupling_pt2, &vxsi_coupling_spring_damper,
-    &vxsi_coupling_quasi_static, &lab_lag,           NULL};
+static const vxs_coupling_kind lab_lag = {.struct_size = sizeof(vxs_coupling_kind),
+                                          .coupling_size = sizeof(vxs_coupling),
+                                          .name = "lab-lag",
+                                          .check = check,
+                                          .set_up = set_up,
+                                          .reset = reset,
+                                          .step = step};
 
 /* --- its use: the scene's hand presses the sphere into the wall, the coupling is ours --- */
 
@@ -64,7 +60,8 @@ int main(int count, char **arguments)
         fprintf(stderr, "usage: own_filter SCENE.plan\n");
         return 1;
     }
-    s.config.coupling.kind = LAB_LAG;
+    s.config.coupling.kind = VXS_COUPLING_OWN;
+    s.config.coupling.own = &lab_lag;
     s.config.coupling.omega0 = 2 * 3.14159265358979 * 20; /* 20 Hz */
     s.config.contact.most_stiffness = 400; /* a filter alone carries no more (voxshell design) */
     vxs_servo *servo = scene_servo(&s);
@@ -87,8 +84,8 @@ int main(int count, char **arguments)
         vxs_device_exchange(device, &command, &state, NULL);
         seen |= vxs_servo_tick(servo, &state, &command, &row);
     }
-    printf("%s: collision %.3f N, the hand feels %.3f N; flags of all ticks %#x\n",
-           vxs_coupling_kind_name(LAB_LAG), row.collision.force[0], row.output.force[0], (unsigned)seen);
+    printf("%s: collision %.3f N, the hand feels %.3f N; flags of all ticks %#x\n", lab_lag.name,
+           row.collision.force[0], row.output.force[0], (unsigned)seen);
     vxs_device_close(device);
     free(memory);
     scene_close(&s);

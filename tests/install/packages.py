@@ -12,6 +12,7 @@ import unittest
 BUILD = pathlib.Path(os.environ['VOXSHELL_BUILD'])
 SOURCE = pathlib.Path(os.environ['VOXSHELL_SOURCE'])
 ASSET = SOURCE / 'tests/golden/valid/clearance.voxmap'
+OWN = {'own_filter': r'^lab-lag: collision 0\.[5-9]\d* N', 'own_effect': r'65\.0 mm: -?0\.\d+ N', 'own_device': r'motor at 0\.000 N after the end'}
 NEEDED = ('cpack', 'cmake', 'dpkg-deb', 'dpkg-shlibdeps', 'file', 'pkg-config', 'cc', 'c++')
 
 
@@ -35,7 +36,10 @@ class Packages(unittest.TestCase):
         for deb in cls.debs.values():
             run('dpkg-deb', '-x', deb, cls.root)
         cls.lib = next(cls.root.rglob('libvoxshell.a')).parent
+        cls.samples = cls.root / 'usr/share/doc/voxshell-doc/samples'  # as they are shipped
         cls.env = {**os.environ, 'LD_LIBRARY_PATH': str(cls.lib), 'PKG_CONFIG_PATH': str(cls.lib / 'pkgconfig')}
+        run(cls.root / 'usr/bin/voxshell', 'convert', BUILD / 'samples/cup_hold.scene.json', '-o', cls.folder / 'assets', '-q')
+        cls.plan = cls.folder / 'assets/cup_hold.plan'
 
     def control(self, name):
         return dict(re.findall(r'^([\w-]+): (.*)$', run('dpkg-deb', '-f', self.debs[name]), re.M))
@@ -88,6 +92,17 @@ class Packages(unittest.TestCase):
             self.assertLessEqual(set(re.findall(r'NEEDED.*\[(.*)\]', dynamic)) - {'libc.so.6', 'libm.so.6', 'ld-linux-x86-64.so.2', 'ld-linux-aarch64.so.1'}, others)
             self.assertEqual((self.lib / f'{library}.so').resolve(), (self.lib / f'{library}.so.0').resolve())
 
+    def test_headers_name_nothing_private(self):
+        headers = [header for header in self.root.glob('usr/include/voxshell/**/*.h')]
+        self.assertGreater(len(headers), 20)
+        for header in headers:
+            self.assertNotRegex(header.read_text(), r'(?i)vxsi', header.name)
+
+    def acts(self, name, program):
+        said = run(program, self.plan, env=self.env)
+        self.assertRegex(said, OWN[name], name)
+        return said
+
     def feels(self, program):
         self.assertRegex(run(program, ASSET, env=self.env), r'^0\S* voxel 0\.\d+')
         return run('ldd', program, env=self.env)
@@ -98,11 +113,19 @@ class Packages(unittest.TestCase):
         sys.path.insert(0, str(SOURCE / 'tests/cli'))
         import shapes
         shapes.write_stl(stl, shapes.sphere(10))
-        run('cmake', '-S', SOURCE / 'tests/install/consumer', '-B', build, f'-DCMAKE_PREFIX_PATH={self.root}/usr', f'-DASSETS={stl}', '-Wno-dev')
+        run('cmake', '-S', SOURCE / 'tests/install/consumer', '-B', build, f'-DCMAKE_PREFIX_PATH={self.root}/usr', f'-DASSETS={stl}', '-Wno-dev',
+            '-DPROGRAMS=' + ';'.join(str(self.samples / f'{name}/{name}.c') for name in OWN))
         run('cmake', '--build', build)
         for program in ('in_c', 'in_cpp'):
             self.assertIn('libvoxshell.so.0', self.feels(build / program))
             self.assertNotIn('libvoxshell', self.feels(build / (program + '_static')))
+        for name in OWN:
+            self.assertIn('libvoxshell.so.0', run('ldd', build / name, env=self.env))
+            self.assertNotIn('libvoxshell', run('ldd', build / f'{name}_static', env=self.env))
+            said = self.acts(name, build / name)
+            if name != 'own_device':  # which runs on the wall clock
+                self.assertEqual(said, self.acts(name, build / f'{name}_static'))
+        self.assertIn('own kinds: as they say', run(build / 'own_in_cpp', env=self.env))
         run('cmake', '--build', build, '--target', 'ball', env={**self.env, 'PATH': f'{self.root}/usr/bin:{os.environ["PATH"]}'})
         self.assertTrue((build / 'assets/ball.voxmap').exists())
 
@@ -115,6 +138,10 @@ class Packages(unittest.TestCase):
                     flags = [f'-l:lib{f[2:]}.a' if f.startswith('-lvoxshell') else f for f in flags]
                 run(compiler, '-o', program, SOURCE / 'tests/install/consumer' / source, *flags)
                 self.assertEqual('libvoxshell.so.0' in self.feels(program), not static)
+        flags = run('pkg-config', '--cflags', '--libs', 'voxshell-devices', env=self.env).split()
+        for name in OWN:
+            run('cc', '-std=c11', '-Wall', '-Werror', '-o', self.folder / name, self.samples / f'{name}/{name}.c', *flags, '-lm')
+            self.acts(name, self.folder / name)
 
     def test_the_program_and_its_pages(self):
         program = self.root / 'usr/bin/voxshell'

@@ -11,14 +11,14 @@
 #include "servo_stage.h"
 
 typedef struct lone_stage {
-    const vxsi_stage *stage;
+    const vxs_effect_kind *stage;
     double memory[1024];
     vxs_pointshell shell;
     vxs_servo_config config;
     vxs_effect effect;
     vxs_device_state state;
     vxs_wrench last; /* what the tick before made */
-    vxsi_tick tick;
+    vxs_tick tick;
 } lone_stage;
 
 static inline vxs_effect *lone_prepare(lone_stage *l, uint32_t kind)
@@ -44,7 +44,7 @@ static inline void lone_open(lone_stage *l)
 }
 
 /* A tick with the device and the object at `pose` and a wrench of contact: to change before lone_run(). */
-static inline vxsi_tick *lone_tick(lone_stage *l, const vxs_pose *pose, const vxs_wrench *wrench)
+static inline vxs_tick *lone_tick(lone_stage *l, const vxs_pose *pose, const vxs_wrench *wrench)
 {
     memset(&l->tick, 0, sizeof l->tick);
     l->state.pose = l->tick.tip = l->tick.body = *pose;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
  * A lab's own coupling: this file is what it writes, and the table with one line more. The table here takes
- * the place of src/coupling_kinds.c, which is all of the runtime that changes.
+ * the place of src/coupling_table.c, which is all of the runtime that changes.
  */
-#include "coupling_kind.h"
+#include "coupling_table.h"
 #include "servo_bench.h"
 
 /* A first-order low-pass of corner omega0, by the implicit Euler rule. */
@@ -11,7 +11,7 @@ typedef struct lag {
     double share;
     double axes[6];
 } lag;
-VXSI_COUPLING_FITS(lag);
+VXS_COUPLING_FITS(lag);
 
 enum { LAB_LAG = VXS_COUPLING_OWN };
 
@@ -39,20 +39,20 @@ static void lag_step(vxs_coupling *coupling, const vxs_wrench *contact, const vx
     lag *l = (lag *)coupling->state;
     for (int axis = 0; axis < 6; axis++) {
         double in = axis < 3 ? contact->force[axis] : contact->torque[axis - 3];
-        l->axes[axis] = vxsi_without_denormals(l->axes[axis] + l->share * (in - l->axes[axis]));
+        l->axes[axis] = vxs_without_denormals(l->axes[axis] + l->share * (in - l->axes[axis]));
         *(axis < 3 ? &out->force[axis] : &out->torque[axis - 3]) = l->axes[axis];
     }
 }
 
-static const vxsi_coupling_kind lab_lag = {.kind = LAB_LAG,
-                                           .name = "lab-lag",
-                                           .check = lag_check,
-                                           .set_up = lag_set_up,
-                                           .reset = lag_reset,
-                                           .step = lag_step};
+static const vxs_coupling_kind lab_lag = {.kind = LAB_LAG,
+                                          .name = "lab-lag",
+                                          .check = lag_check,
+                                          .set_up = lag_set_up,
+                                          .reset = lag_reset,
+                                          .step = lag_step};
 
-extern const vxsi_coupling_kind vxsi_coupling_pt2;
-const vxsi_coupling_kind *const vxsi_coupling_kinds[] = {&vxsi_coupling_pt2, &lab_lag, NULL};
+extern const vxs_coupling_kind vxsi_coupling_pt2;
+const vxs_coupling_kind *const vxsi_coupling_kinds[] = {&vxsi_coupling_pt2, &lab_lag, NULL};
 
 int main(void)
 {

@@ -6,7 +6,7 @@
  * so many ticks for each
  */
 #include "check.h"
-#include "coupling_kind.h"
+#include "coupling_table.h"
 
 #include <stdlib.h>
 
@@ -29,7 +29,7 @@ static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t size)
 
 static void check_state(const vxs_coupling *coupling)
 {
-    for (int n = 0; n < VXSI_COUPLING_DOUBLES; n++)
+    for (int n = 0; n < VXS_COUPLING_DOUBLES; n++)
         CHECK(coupling->state[n] == 0 ||
               (isfinite(coupling->state[n]) && fabs(coupling->state[n]) >= 2.3e-308));
     CHECK(coupling->depth == 0 || isnormal(coupling->depth));

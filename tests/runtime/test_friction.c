@@ -11,11 +11,11 @@ static const double sample_time = 0.001;
 static _Alignas(16) uint8_t memory[1 << 17];
 
 typedef struct lone_stage {
-    const vxsi_stage *stage;
+    const vxs_effect_kind *stage;
     vxs_contact_loads *loads;
     vxs_contact_static statics[3];
     vxs_pose poses[3];
-    vxsi_tick tick;
+    vxs_tick tick;
 } lone_stage;
 
 static void open_stage(lone_stage *l, double sticking, double sliding, double stiffness, double damping)

@@ -45,7 +45,7 @@ static void prepare(lone_stage *l, double stiffness)
  */
 static vxs_wrench step(lone_stage *l, const vxs_wrench *wrench, const vxs_pose *tip, vxs_pose *body)
 {
-    vxsi_tick *tick = lone_tick(l, tip, wrench);
+    vxs_tick *tick = lone_tick(l, tip, wrench);
     l->stage->pose(l->memory, tip, &tick->body);
     l->stage->run(l->memory, tick);
     l->stage->pose(l->memory, tip, body);

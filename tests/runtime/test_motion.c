@@ -156,7 +156,7 @@ static void check_parts(uint32_t law)
     int pinched = 0;
     for (int k = 0; k < 30; k++) {
         tick_at(&f.bench, 0.002, 0.0092, &row);
-        const vxsi_moving *moving = f.bench.servo->moving;
+        const vxs_moving *moving = f.bench.servo->moving;
         const double *lower = moving->parts[0].force, *upper = moving->parts[1].force;
         for (int i = 0; i < 3; i++) {
             CHECK_NEAR(moving->parts[0].force[i] + moving->parts[1].force[i], row.collision.force[i], 1e-12);

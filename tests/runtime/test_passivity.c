@@ -20,7 +20,7 @@ static void open_stage(lone_stage *l, const vxs_effect *effect)
 static vxs_wrench run_stage(lone_stage *l, const vxs_pose *pose, const vxs_wrench *wrench, uint32_t points,
                             uint32_t flags)
 {
-    vxsi_tick *tick = lone_tick(l, pose, wrench);
+    vxs_tick *tick = lone_tick(l, pose, wrench);
     tick->contact.points = points;
     tick->flags = flags;
     lone_run(l);

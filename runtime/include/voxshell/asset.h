@@ -23,6 +23,7 @@
 extern "C" {
 #endif
 
+/* What a file is, by its first bytes; ANY in a config: whatever it is. */
 enum { VXS_ASSET_ANY = 0, VXS_ASSET_VOXMAP = 1, VXS_ASSET_POINTSHELL = 2, VXS_ASSET_PLAN = 3 };
 
 /* How a file gets into memory. MAP shares the page cache and opens at once; the file must not be written or
@@ -46,11 +47,11 @@ typedef struct vxs_asset_config {
 /* View of a checked asset: borrowed bytes, valid until vxs_asset_close(). Read-only, may be
  * shared by any number of threads. */
 typedef struct vxs_asset {
-    const uint8_t *data; /* the whole file, 64-byte aligned */
-    uint64_t size;       /* [bytes], multiple of 64 */
-    uint32_t kind;       /* VXS_ASSET_VOXMAP, _POINTSHELL or _PLAN */
-    uint16_t version_major, version_minor;
-    uint64_t mapped_size; /* private to vxs_asset_close(): 0 for caller's memory */
+    const uint8_t *data;                   /* the whole file, 64-byte aligned */
+    uint64_t size;                         /* [bytes], multiple of 64 */
+    uint32_t kind;                         /* VXS_ASSET_VOXMAP, _POINTSHELL or _PLAN */
+    uint16_t version_major, version_minor; /* of its format */
+    uint64_t mapped_size;                  /* private to vxs_asset_close(): 0 for caller's memory */
 } vxs_asset;
 
 /* Why a file was refused: the first broken rule, in the order of the specs. The rule is the id

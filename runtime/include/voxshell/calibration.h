@@ -37,6 +37,7 @@ typedef struct vxs_calibration_config {
     double max_speed;   /* [m/s] > 0: faster, and it lets go; default 1 */
 } vxs_calibration_config;
 
+/* Phases. */
 enum {
     VXS_CALIBRATION_EMPTY = 0,     /* measures the grip's own weight: do not touch it */
     VXS_CALIBRATION_HANG = 1,      /* waits for the mass to be hung */
@@ -47,12 +48,13 @@ enum {
     VXS_CALIBRATION_TOO_HEAVY = 6  /* ended: held with all of max_force */
 };
 
+/* How far it is. */
 typedef struct vxs_calibration_result {
     uint32_t phase;       /* VXS_CALIBRATION_... */
     uint32_t periods;     /* measured so far */
     double empty, loaded; /* [N] commanded upwards, means of whole periods */
     double spread;        /* [N] between the last two periods */
-    double scale;         /* commanded newtons a true one; 0 until DONE */
+    double scale;         /* commanded newtons a true one [1]; 0 until DONE */
 } vxs_calibration_result;
 
 /* Object. */

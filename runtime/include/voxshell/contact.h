@@ -87,9 +87,9 @@ enum { VXS_CONTACT_SURFACE = 1, VXS_CONTACT_LAYERS = 2, VXS_CONTACT_DISTANCE = 3
 enum { VXS_CONTACT_COUNT = 1, VXS_CONTACT_COUNT_CAPPED = 2, VXS_CONTACT_AREA = 3 };
 
 enum {
-    VXS_CONTACT_CAP_POINTS = 10, /* COUNT_CAPPED */
-    VXS_CONTACT_MAX_STATICS = 4096,
-    VXS_CONTACT_MAX_LOADS = 96
+    VXS_CONTACT_CAP_POINTS = 10,    /* COUNT_CAPPED */
+    VXS_CONTACT_MAX_STATICS = 4096, /* of one contact */
+    VXS_CONTACT_MAX_LOADS = 96      /* of one evaluation */
 };
 
 /* Flags of a result. */
@@ -120,8 +120,8 @@ typedef struct vxs_contact_load {
 
 /* In the order of their statics, then of their directions; those that find no room are left out. */
 typedef struct vxs_contact_loads {
-    uint32_t count;
-    vxs_contact_load load[VXS_CONTACT_MAX_LOADS];
+    uint32_t count;                               /* of load that are told */
+    vxs_contact_load load[VXS_CONTACT_MAX_LOADS]; /* who presses how */
 } vxs_contact_loads;
 
 /* Config. */
@@ -148,17 +148,18 @@ typedef struct vxs_contact_config {
 
 /* What the colliding points do. Frame: the scene's. */
 typedef struct vxs_contact_result {
-    vxs_wrench wrench; /* on the object, about config.reference; exactly 0 without a colliding point */
-    double normal[3];  /* unit mean inward normal of the colliding points; 0 without any or if it cancels */
-    double depth;      /* largest d [m] */
-    double stiffness;  /* with most_stiffness: of the contact before that bounds it [N/m] */
-    uint32_t points;   /* colliding, as the field says */
+    vxs_wrench wrench;    /* on the object, about config.reference; exactly 0 without a colliding point */
+    double normal[3];     /* mean inward normal of the colliding points, length 1; 0 without
+                        any or if it cancels */
+    double depth;         /* largest d [m] */
+    double stiffness;     /* with most_stiffness: of the contact before that bounds it [N/m] */
+    uint32_t points;      /* colliding, as the field says */
     uint32_t deep_points; /* deeper than the field reaches */
     /* 0 without a colliding point, else 1; or split: so many means of which no two belong together in full */
     uint32_t patches;
     uint32_t level;  /* coarsest level of detail: 0 all points, 1 a quarter, 2 a sixteenth, 3 one a cluster */
     uint32_t probed; /* points whose cell was looked up; the others were culled */
-    uint32_t flags;
+    uint32_t flags;  /* VXS_CONTACT_DEEP ... */
 } vxs_contact_result;
 
 /* A static map and where it is: pose map frame -> scene frame, NULL for identity. It may move from
@@ -195,10 +196,10 @@ VXS_API vxs_result vxs_contact_init(void *memory, size_t size, const vxs_pointsh
 /* The instruction set. All give the same bits; a choice is for tests and benchmarks. */
 typedef enum vxs_contact_kernel {
     VXS_CONTACT_FASTEST = 0, /* of those that this processor has: what vxs_contact_init() takes */
-    VXS_CONTACT_SCALAR = 1,
-    VXS_CONTACT_AVX2 = 2,
-    VXS_CONTACT_NEON = 3,
-    VXS_CONTACT_AVX512 = 4
+    VXS_CONTACT_SCALAR = 1,  /* plain C, on any: what the others mean */
+    VXS_CONTACT_AVX2 = 2,    /* x86-64 */
+    VXS_CONTACT_NEON = 3,    /* AArch64 */
+    VXS_CONTACT_AVX512 = 4   /* x86-64 */
 } vxs_contact_kernel;
 
 /* Returns VXS_OK; VXS_PARAM; VXS_UNSUPPORTED (and keeps the kernel) if the processor has not got it.

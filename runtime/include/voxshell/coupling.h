@@ -28,8 +28,8 @@ extern "C" {
  *                  the pose where contact and spring balance, by Newton's steps, and the device feels the
  *                  spring: never stiffer than it, however stiff contact is. Each step is one evaluation of
  *                  contact (vxs_coupling_refine), and some 0.2 us for the solve
- * A kind is one file and one line in the table of src/coupling_kinds.c (README); kinds that are not
- * voxshell's have numbers from OWN on. */
+ *   OWN            config.own, a program's (coupling_kind.h, samples/own_filter)
+ * A kind of voxshell's is one file and one line in the table of src/coupling_table.c (README). */
 enum {
     VXS_COUPLING_NONE = 1,
     VXS_COUPLING_PT2 = 2,
@@ -38,13 +38,13 @@ enum {
     VXS_COUPLING_OWN = 1000
 };
 
-#define VXS_COUPLING_MIN_HZ 0.05      /* VXS_FREQUENCY: below */
-#define VXS_COUPLING_MAX_RATE 0.49    /* VXS_FREQUENCY: above so many times the sample rate */
-#define VXS_COUPLING_MIN_DAMPING 1e-3 /* VXS_DAMPING */
-#define VXS_COUPLING_MAX_DAMPING 1e3
-#define VXS_COUPLING_MIN_SAMPLE_TIME 1e-5 /* VXS_SAMPLE_TIME [s] */
-#define VXS_COUPLING_MAX_SAMPLE_TIME 0.1
-#define VXS_COUPLING_MAX_EVALUATIONS 3
+#define VXS_COUPLING_MIN_HZ 0.05          /* VXS_FREQUENCY: below */
+#define VXS_COUPLING_MAX_RATE 0.49        /* VXS_FREQUENCY: above so many times the sample rate */
+#define VXS_COUPLING_MIN_DAMPING 1e-3     /* VXS_DAMPING: below */
+#define VXS_COUPLING_MAX_DAMPING 1e3      /* VXS_DAMPING: above */
+#define VXS_COUPLING_MIN_SAMPLE_TIME 1e-5 /* VXS_SAMPLE_TIME: below [s] */
+#define VXS_COUPLING_MAX_SAMPLE_TIME 0.1  /* VXS_SAMPLE_TIME: above [s] */
+#define VXS_COUPLING_MAX_EVALUATIONS 3    /* of contact in a tick, QUASI_STATIC */
 
 /* Config. Fields of other kinds than `kind` are not looked at. */
 typedef struct vxs_coupling_config {
@@ -63,11 +63,13 @@ typedef struct vxs_coupling_config {
     double radius;    /* of gyration of the simulated body [m], default 0.02 */
     /* SPRING_DAMPER */
     double mass; /* [kg], default 0.05 */
+    /* OWN */
+    const struct vxs_coupling_kind *own; /* default NULL, as for all other kinds */
 } vxs_coupling_config;
 
 /* The biquad of a PT2. */
 typedef struct vxs_coupling_coefficients {
-    double b0, b1, b2, a1, a2;
+    double b0, b1, b2, a1, a2; /* as at the head of this file [1] */
 } vxs_coupling_coefficients;
 
 /* Flags of a step. */
@@ -85,7 +87,8 @@ VXS_API void vxs_coupling_config_default(vxs_coupling_config *config);
 VXS_API vxs_result vxs_coupling_from_impedance(vxs_coupling_config *config, double stiffness, double damping,
                                                double mass, int physical_gain);
 
-/* VXS_OK; VXS_CONFIG; VXS_PARAM (unknown kind, evaluations); by name, what cannot be represented:
+/* VXS_OK; VXS_CONFIG; VXS_PARAM (unknown kind, evaluations; an own kind without name or step, or beside
+ * another number than OWN); what an own kind's check says; by name, what cannot be represented:
  * VXS_SAMPLE_TIME, VXS_FREQUENCY, VXS_DAMPING, VXS_GAIN; VXS_IMPEDANCE (stiffness, mass, radius).
  * Thread: any, set-up. */
 VXS_API vxs_result vxs_coupling_config_check(const vxs_coupling_config *config);

@@ -128,17 +128,18 @@ enum {
     VXS_EFFECT_WORKSPACE = 11,
     VXS_EFFECT_TORQUE = 12,
     VXS_EFFECT_MOTION = 13,
-    VXS_EFFECT_OWN = 1000 /* kinds that are not voxshell's have numbers from here on (samples/own_effect) */
+    VXS_EFFECT_OWN = 1000 /* a program's: vxs_effect.own (effect_kind.h, samples/own_effect) */
 };
 
+/* Most of: passivity's delay [samples], constants of a kind, keyframes of an effect. */
 enum { VXS_EFFECT_MAX_DELAY = 64, VXS_EFFECT_MAX_CONSTANTS = 24, VXS_EFFECT_MAX_KEYFRAMES = 1 << 20 };
 
 /* Where a static is at a time. */
 typedef struct vxs_effect_keyframe {
-    double time;   /* [s] >= 0 */
-    vxs_pose pose; /* map frame -> scene frame, in place of the static's own */
-    uint32_t static_index;
-    uint32_t reserved; /* 0 */
+    double time;           /* [s] >= 0 */
+    vxs_pose pose;         /* map frame -> scene frame, in place of the static's own */
+    uint32_t static_index; /* which static, by its number in the config */
+    uint32_t reserved;     /* 0 */
 } vxs_effect_keyframe;
 
 /* Config of one effect: filled by vxs_effect_default(). Its constants have names for C, and are one array in
@@ -147,7 +148,7 @@ typedef struct vxs_effect {
     uint32_t struct_size;
     uint32_t kind; /* VXS_EFFECT_* */
     union {
-        double constants[VXS_EFFECT_MAX_CONSTANTS]; /* those that the kind does not have are 0 */
+        double constants[VXS_EFFECT_MAX_CONSTANTS]; /* each in its unit [1]; beyond the kind's they are 0 */
         struct {
             double most_damping; /* [N s/m] > 0; default 5. Above about m / (T (d + 1/2)) of the felt mass m
                                     it shakes by itself; a device's caps say what it recommends */
@@ -165,7 +166,7 @@ typedef struct vxs_effect {
         } soft_start;
         struct {
             double factor; /* c [s/m] >= 0; default 1 */
-            double most;   /* >= 1, of the factor on F_e; default 4 */
+            double most;   /* [1] >= 1, of the factor on F_e; default 4 */
         } contact_damping;
         struct {
             double damping; /* [N s/m] >= 0; default 1 */
@@ -201,23 +202,25 @@ typedef struct vxs_effect {
             double damping;         /* [N s/m] >= 0; default 2 */
         } workspace;
         struct {
-            double loop; /* 1: each static begins again at its last keyframe's time; 0 (default): it rests */
+            double loop; /* 0 .. 1, a switch. 1: each static begins again at its last keyframe's
+                            time; 0 (default): it rests */
         } motion;
     } as;
     /* MOTION: 1 .. VXS_EFFECT_MAX_KEYFRAMES of all statics that move, in order of the static and then of
      * time, no two of a static at one time; borrowed until the servo's last tick. NULL and 0 for other kinds.
      */
     const vxs_effect_keyframe *keyframes;
-    uint32_t keyframe_count;
-    uint32_t reserved; /* 0 */
+    uint32_t keyframe_count;           /* of keyframes */
+    uint32_t reserved;                 /* 0 */
+    const struct vxs_effect_kind *own; /* of VXS_EFFECT_OWN, by vxs_effect_own(); NULL for other kinds */
 } vxs_effect;
 
 /* One constant of a kind. */
 typedef struct vxs_effect_constant {
     const char *name;   /* as in the struct above and in a scene file; a vector's end in _x, _y, _z */
     const char *unit;   /* "N/s"; "" for a plain number */
-    double standard;    /* by default */
-    double least, most; /* finite */
+    double standard;    /* by default [unit] */
+    double least, most; /* its range [unit], finite */
 } vxs_effect_constant;
 
 /* The constants of a kind in their order, *count of them; NULL and 0 for no such kind or none. Ownership:
@@ -227,7 +230,7 @@ VXS_API const vxs_effect_constant *vxs_effect_constants(uint32_t kind, uint32_t 
 /* VXS_OK; VXS_PARAM for no such kind (effect untouched). Thread: any, rt-safe. */
 VXS_API vxs_result vxs_effect_default(uint32_t kind, vxs_effect *effect);
 
-/* VXS_OK; VXS_CONFIG; VXS_PARAM (no such kind, a number out of its range, one that the kind does not have not
+/* VXS_OK; VXS_CONFIG; VXS_PARAM (no such kind, an own one as vxs_effect_own(), a number out of its range, one that the kind does not have not
  * 0, keyframes). Thread: any, set-up. */
 VXS_API vxs_result vxs_effect_check(const vxs_effect *effect);
 

@@ -29,14 +29,16 @@ extern "C" {
 #endif
 
 /* How a device may hang on its host, or-ed. Without another word of the user's hidraw comes first, then
- * libusb. View: static strings. */
+ * libusb. */
 enum { VXS_HARDWARE_TTY = 1, VXS_HARDWARE_USB = 2, VXS_HARDWARE_HIDRAW = 4 };
+
+/* A kind of hardware. View: static. */
 typedef struct vxs_hardware_kind {
-    const char *name;    /* "falcon", "haply", "hvlink", "spacemouse" */
-    const char *summary; /* for people */
-    uint32_t wires;      /* that this build has: VXS_HARDWARE_TTY ... */
-    uint32_t is_built;   /* 0: this build lacks it, lacks_text says what for */
-    const char *lacks_text;
+    const char *name;       /* "falcon", "haply", "hvlink", "spacemouse" */
+    const char *summary;    /* for people */
+    uint32_t wires;         /* that this build has: VXS_HARDWARE_TTY ... */
+    uint32_t is_built;      /* 0: this build lacks it, lacks_text says what for */
+    const char *lacks_text; /* what a build needs to have it; NULL where it is built */
 } vxs_hardware_kind;
 
 /* By number from 0 on, NULL at the end; by name, NULL for none such. Thread: any, rt-safe. */
@@ -45,11 +47,11 @@ VXS_API const vxs_hardware_kind *vxs_hardware_kind_named(const char *name);
 
 /* A device that is here, and a way to it. */
 typedef struct vxs_hardware_found {
-    const vxs_hardware_kind *kind;
-    uint16_t vendor, product;
-    uint32_t wire;     /* VXS_HARDWARE_HIDRAW or VXS_HARDWARE_USB */
-    vxs_result usable; /* VXS_OK; VXS_ACCESS: no permission; VXS_BUSY: another program holds it */
-    char node[32];     /* "/dev/hidraw0", "/dev/bus/usb/001/002" */
+    const vxs_hardware_kind *kind; /* that knows it */
+    uint16_t vendor, product;      /* its VID and PID */
+    uint32_t wire;                 /* VXS_HARDWARE_HIDRAW or VXS_HARDWARE_USB */
+    vxs_result usable;             /* VXS_OK; VXS_ACCESS: no permission; VXS_BUSY: another program holds it */
+    char node[32];                 /* "/dev/hidraw0", "/dev/bus/usb/001/002" */
 } vxs_hardware_found;
 
 /* Looks for devices that a kind knows by its VID:PID; returns how many ways to one there are (also beyond
@@ -67,11 +69,12 @@ typedef struct vxs_hardware_config {
                              or libusb (a serial device takes its tty's place); NULL: the first that the kind
                              knows */
     const char *firmware; /* falcon: a file of the user's; none is shipped. NULL: only a device that has it */
-    double units_per_nm;  /* falcon: motor units a N m, > 0; default 2300, the weak end of what is reported */
+    double units_per_nm;  /* falcon: motor units a N m [1/(N m)], > 0; default 2300, the weak end of what is
+                            reported */
     uint32_t haply_setup; /* haply: which board's motors and encoders, 2 or 3; default 2 */
     double haply_links[3]; /* haply [m]: the links at the motors, those at the tip, the motors' distance;
                               default 0.05, 0.07, 0.02 */
-    double torque_gain;    /* haply: what is sent a N m, > 0; default 1: not calibrated */
+    double torque_gain;    /* haply: what is sent a N m [1], > 0; default 1: not calibrated */
     double rate_hz;        /* packets to the device, 100 .. 10000; default 1000 */
     double max_speed;      /* [m/s] a jump faster than that is none of a hand's: FAULT; default 20 */
     double linear_speed;   /* spacemouse [m/s] at full deflection; default 0.1 */

@@ -20,27 +20,28 @@
 extern "C" {
 #endif
 
+/* Sizes [bytes]. */
 enum {
-    VXS_HVLINK_MAJOR = 1,
-    VXS_HVLINK_MINOR = 0,
-    VXS_HVLINK_MAX_PAYLOAD = 240,
-    VXS_HVLINK_OVERHEAD = 14,
-    VXS_HVLINK_MAX_FRAME = VXS_HVLINK_MAX_PAYLOAD + VXS_HVLINK_OVERHEAD,
-    VXS_HVLINK_VALUES = 8,
-    VXS_HVLINK_TEXT = 32
+    VXS_HVLINK_MAJOR = 1,         /* version of the protocol: another one is refused, */
+    VXS_HVLINK_MINOR = 0,         /* another one of these is not */
+    VXS_HVLINK_MAX_PAYLOAD = 240, /* of a frame */
+    VXS_HVLINK_OVERHEAD = 14,     /* what a frame is besides its payload */
+    VXS_HVLINK_MAX_FRAME = VXS_HVLINK_MAX_PAYLOAD + VXS_HVLINK_OVERHEAD, /* both */
+    VXS_HVLINK_VALUES = 8, /* numbers of a STATE or CMD at most */
+    VXS_HVLINK_TEXT = 32   /* name and serial, with the zero that ends them */
 };
 
 /* Types of frames; the host's are below 0x80. */
 enum {
-    VXS_HVLINK_HELLO = 0x01,
-    VXS_HVLINK_ARM = 0x02,
-    VXS_HVLINK_DISARM = 0x03,
-    VXS_HVLINK_CMD = 0x04,
-    VXS_HVLINK_PING = 0x05,
-    VXS_HVLINK_CAPS = 0x81,
-    VXS_HVLINK_STATE = 0x82,
-    VXS_HVLINK_FAULT = 0x83,
-    VXS_HVLINK_PONG = 0x85
+    VXS_HVLINK_HELLO = 0x01,  /* who are you? answered by CAPS */
+    VXS_HVLINK_ARM = 0x02,    /* with the session of CAPS: force may flow */
+    VXS_HVLINK_DISARM = 0x03, /* force off; ends a fault */
+    VXS_HVLINK_CMD = 0x04,    /* what the motors are to do, and for how long */
+    VXS_HVLINK_PING = 0x05,   /* answered by PONG */
+    VXS_HVLINK_CAPS = 0x81,   /* what the device is */
+    VXS_HVLINK_STATE = 0x82,  /* what it measured */
+    VXS_HVLINK_FAULT = 0x83,  /* that it gave up, and why */
+    VXS_HVLINK_PONG = 0x85    /* the PING's payload back */
 };
 
 /* Of a STATE. Faults have the numbers of VXS_DEVICE_FAULT_* (device.h). */
@@ -50,43 +51,47 @@ enum { VXS_HVLINK_UNCALIBRATED = 0, VXS_HVLINK_READY = 1, VXS_HVLINK_ARMED = 2, 
  * JOINTS: joint angles [rad], joint torques [N m]. */
 enum { VXS_HVLINK_TASK = 0, VXS_HVLINK_JOINTS = 1 };
 
+/* A frame as it goes over the wire. */
 typedef struct vxs_hvlink_frame {
-    uint8_t type;
-    uint8_t size; /* of the payload */
-    uint16_t sequence;
-    uint32_t time_us; /* the sender's clock; wraps */
-    uint8_t payload[VXS_HVLINK_MAX_PAYLOAD];
+    uint8_t type;                            /* VXS_HVLINK_HELLO ... */
+    uint8_t size;                            /* of the payload [bytes] */
+    uint16_t sequence;                       /* the sender's, one more each frame; wraps */
+    uint32_t time_us;                        /* the sender's clock; wraps */
+    uint8_t payload[VXS_HVLINK_MAX_PAYLOAD]; /* as its type says */
 } vxs_hvlink_frame;
 
+/* Payload of CAPS. */
 typedef struct vxs_hvlink_caps {
-    uint16_t major, minor;
-    uint32_t session; /* new at each start of the device */
-    uint8_t space;    /* VXS_HVLINK_TASK ... */
-    uint8_t sensed;   /* values in a STATE */
-    uint8_t actuated; /* values in a CMD */
+    uint16_t major, minor; /* version that the device speaks */
+    uint32_t session;      /* new at each start of the device */
+    uint8_t space;         /* VXS_HVLINK_TASK ... */
+    uint8_t sensed;        /* values in a STATE */
+    uint8_t actuated;      /* values in a CMD */
     uint8_t reserved;
-    uint16_t rate_hz;
-    uint16_t ttl_ms;               /* the longest that the device takes */
-    float peak_force, peak_torque; /* [N] or of a joint [N m]; [N m]; 0: not known */
-    float resolution;              /* [m] or [rad]; 0: not known */
-    char name[VXS_HVLINK_TEXT], serial[VXS_HVLINK_TEXT];
+    uint16_t rate_hz;                                    /* STATEs a second */
+    uint16_t ttl_ms;                                     /* the longest that the device takes */
+    float peak_force, peak_torque;                       /* [N] or of a joint [N m]; [N m]; 0: not known */
+    float resolution;                                    /* [m] or [rad]; 0: not known */
+    char name[VXS_HVLINK_TEXT], serial[VXS_HVLINK_TEXT]; /* for people; end with a zero */
 } vxs_hvlink_caps;
 
+/* Payload of STATE. */
 typedef struct vxs_hvlink_state {
-    uint8_t state, fault; /* VXS_HVLINK_READY ..., VXS_DEVICE_FAULT_* */
-    uint8_t count;        /* of values */
-    uint8_t has_velocity; /* 1: velocity holds count numbers, per second */
-    uint32_t buttons;
+    uint8_t state, fault;      /* VXS_HVLINK_READY ..., VXS_DEVICE_FAULT_* */
+    uint8_t count;             /* of values */
+    uint8_t has_velocity;      /* 1: velocity holds count numbers, per second */
+    uint32_t buttons;          /* bit n: number n is down */
     uint16_t command_sequence; /* of the last CMD that was taken */
-    uint16_t command_age_ms;
-    float value[VXS_HVLINK_VALUES], velocity[VXS_HVLINK_VALUES];
+    uint16_t command_age_ms;   /* how long ago that was */
+    float value[VXS_HVLINK_VALUES], velocity[VXS_HVLINK_VALUES]; /* [m] or [rad], and per second, by space */
 } vxs_hvlink_state;
 
+/* Payload of CMD. */
 typedef struct vxs_hvlink_command {
     uint16_t ttl_ms; /* 1 .. caps.ttl_ms: zero from then on */
-    uint8_t count;
+    uint8_t count;   /* of values */
     uint8_t reserved;
-    float value[VXS_HVLINK_VALUES];
+    float value[VXS_HVLINK_VALUES]; /* [N], [N m] */
 } vxs_hvlink_command;
 
 /* CRC-32C (Castagnoli) of some bytes, as a frame ends with. */
@@ -98,8 +103,8 @@ VXS_API size_t vxs_hvlink_encode(const vxs_hvlink_frame *frame, uint8_t *bytes, 
 /* Frames out of a stream of bytes, which may begin and break anywhere: zero it, put bytes, take frames until
  * there is none. */
 typedef struct vxs_hvlink_stream {
-    uint8_t bytes[VXS_HVLINK_MAX_FRAME];
-    uint16_t count;
+    uint8_t bytes[VXS_HVLINK_MAX_FRAME]; /* that wait */
+    uint16_t count;                      /* of them */
     uint16_t reserved;
     uint32_t dropped; /* bytes that belonged to no frame; wraps */
 } vxs_hvlink_stream;
@@ -127,14 +132,14 @@ VXS_API int vxs_hvlink_unpack_command(const vxs_hvlink_frame *frame, vxs_hvlink_
 /* The device's end. Put each byte that arrives, call vxs_hvlink_device_output() before each write to the
  * motors, send a STATE once a sample. */
 typedef struct vxs_hvlink_device {
-    vxs_hvlink_caps caps;
-    vxs_hvlink_stream stream;
-    vxs_hvlink_command command;
-    uint8_t state, fault; /* VXS_HVLINK_READY ... */
-    uint8_t has_command;
+    vxs_hvlink_caps caps;       /* what it is */
+    vxs_hvlink_stream stream;   /* what came of the host */
+    vxs_hvlink_command command; /* the newest that was taken */
+    uint8_t state, fault;       /* VXS_HVLINK_READY ... */
+    uint8_t has_command;        /* not 0: there was one since it was armed */
     uint8_t reserved;
-    uint16_t sequence, command_sequence;
-    uint32_t command_us;
+    uint16_t sequence, command_sequence; /* of its next frame; of that command */
+    uint32_t command_us;                 /* when that came, its clock */
 } vxs_hvlink_device;
 
 /* caps are copied; state begins as READY (UNCALIBRATED: set it, and READY once homed). */

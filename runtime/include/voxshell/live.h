@@ -29,10 +29,10 @@ extern "C" {
 
 /* View of a mapping. */
 typedef struct vxs_live {
-    void *memory;
-    size_t size;
-    uint32_t is_writer;
-    char path[108];
+    void *memory;       /* the mapped file */
+    size_t size;        /* of it [bytes] */
+    uint32_t is_writer; /* not 0: of vxs_live_create() */
+    char path[108];     /* the writer's, to take it away */
 } vxs_live;
 
 /* Makes the file, for its owner alone to write (0644), in place of one that is there already. VXS_OK;

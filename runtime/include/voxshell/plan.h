@@ -28,21 +28,21 @@ extern "C" {
 
 /* View: borrowed from the asset, valid until vxs_asset_close(). Plain; copy it freely. */
 typedef struct vxs_plan {
-    const vxs_plan_info *info;
-    const vxs_plan_asset *assets; /* statics, then the dynamic */
-    uint32_t asset_count;
-    uint32_t effect_count;
+    const vxs_plan_info *info;      /* its numbers */
+    const vxs_plan_asset *assets;   /* statics, then the dynamic */
+    uint32_t asset_count;           /* of assets */
+    uint32_t effect_count;          /* of effects */
     const vxs_plan_effect *effects; /* in order of execution; NULL without */
     const vxs_plan_keyframe *hand;  /* of a simulated run; NULL without */
     const vxs_plan_motion *moves;   /* of statics that move; NULL without */
-    uint32_t hand_count;
-    uint32_t move_count;
+    uint32_t hand_count;            /* of hand */
+    uint32_t move_count;            /* of moves */
 } vxs_plan;
 
 /* Why a plan cannot be loaded. */
 typedef struct vxs_plan_issue {
-    uint32_t entry; /* number in plan.assets or plan.effects */
-    uint32_t is_effect;
+    uint32_t entry;                  /* number in plan.assets or plan.effects */
+    uint32_t is_effect;              /* not 0: of plan.effects */
     uint8_t expected[32], found[32]; /* content hashes, of a VXS_PLAN */
     const char *text;                /* static storage, one line */
 } vxs_plan_issue;

@@ -15,10 +15,11 @@
 extern "C" {
 #endif
 
+/* Where it is at a time. */
 typedef struct vxs_replay_row {
-    double time; /* [s], growing from row to row */
-    vxs_pose pose;
-    uint32_t buttons;
+    double time;      /* [s], growing from row to row */
+    vxs_pose pose;    /* of the tip, device frame */
+    uint32_t buttons; /* bit n: number n is down */
     uint32_t reserved;
 } vxs_replay_row;
 

@@ -12,9 +12,10 @@
 #include <stdint.h>
 
 #if defined(__GNUC__)
+/* What the library exports. */
 #define VXS_API __attribute__((visibility("default")))
 #else
-#define VXS_API
+#define VXS_API /* nothing to say to other compilers */
 #endif
 
 #ifdef __cplusplus
@@ -61,7 +62,9 @@ extern "C" {
       "servo: a device with motors is not driven without the guards start-inside and soft-start")            \
     X(NO_THREAD, -80, "the servo thread could not be started")
 
+/* 0 or negative; the list has their texts. */
 typedef enum vxs_result {
+/* One of them. */
 #define VXS_RESULT_ENUM(name, value, text) VXS_##name = value,
     VXS_RESULT_LIST(VXS_RESULT_ENUM)
 #undef VXS_RESULT_ENUM

@@ -54,7 +54,7 @@ extern "C" {
 
 /* Flags of a tick. The low byte is the contact's (VXS_CONTACT_*). */
 enum {
-    VXS_SERVO_CONTACT_FLAGS = 0xFF,
+    VXS_SERVO_CONTACT_FLAGS = 0xFF,       /* mask of the contact's */
     VXS_SERVO_OFF = 1 << 8,               /* the device is not ARMED: zero force */
     VXS_SERVO_RAMPING = 1 << 9,           /* the gain is still below 1 */
     VXS_SERVO_START_IN_CONTACT = 1 << 10, /* zero force until the object was free once */
@@ -71,21 +71,22 @@ enum {
 /* Config. statics, their maps and shell are borrowed until the servo's last tick. */
 typedef struct vxs_servo_config {
     uint32_t struct_size;
-    uint32_t static_count;
+    uint32_t static_count;             /* of statics, 1 .. VXS_CONTACT_MAX_STATICS */
     const vxs_contact_static *statics; /* the static scene; poses may change between ticks */
     const vxs_pointshell *shell;       /* the dynamic object */
     vxs_pose mount;                    /* device frame -> scene frame; default identity */
     vxs_pose grip; /* shell -> device tip, scene metres; default identity. Torque is about the tip:
                       contact.reference is set from it */
-    double scale;  /* scene metres per device metre, > 0; default 1 */
-    vxs_contact_config contact;
+    double scale;  /* scene metres per device metre [1], > 0; default 1 */
+    vxs_contact_config contact;   /* law, field, stiffness */
     vxs_coupling_config coupling; /* its sample_time is the tick's T */
     double max_force;             /* [N] > 0; default 3 */
     double max_torque;            /* [N m] > 0; default 0.2 */
     double max_speed;             /* of the device [m/s] > 0; beyond it is no motion; default 20 */
-    const vxs_effect *effects;    /* effect_count, each kind once, in any order; copied by vxs_servo_init().
+    const vxs_effect *
+        effects; /* effect_count, each kind once, 16 own ones at most, in any order; copied by vxs_servo_init().
                                      Default: start-inside, torque and soft-start as they are by default */
-    uint32_t effect_count;
+    uint32_t effect_count; /* of effects */
     uint32_t reserved;
     double hold_time;  /* [s] >= 0 a command is full; 0 (default): two samples */
     double decay_time; /* [s] > 0 from there to zero; default 0.01 */
@@ -106,11 +107,11 @@ typedef struct vxs_servo_trace {
     double energy;        /* passivity: taken from the hand since it was armed [J]; else 0 */
     double damping;       /* passivity: injected in this tick [N s/m]; else 0 */
     uint32_t points;      /* colliding */
-    uint32_t deep_points;
-    uint32_t patches;
-    uint32_t level;  /* coarsest level of detail */
-    uint32_t probed; /* points that were looked at */
-    uint32_t flags;  /* VXS_SERVO_* | VXS_CONTACT_* */
+    uint32_t deep_points; /* as of vxs_contact_result */
+    uint32_t patches;     /* as of vxs_contact_result */
+    uint32_t level;       /* coarsest level of detail */
+    uint32_t probed;      /* points that were looked at */
+    uint32_t flags;       /* VXS_SERVO_* | VXS_CONTACT_* */
 } vxs_servo_trace;
 
 /* Object. One thread at a time. */
@@ -143,7 +144,7 @@ VXS_API uint32_t vxs_servo_tick(vxs_servo *servo, const vxs_device_state *state,
 
 /* A stage that a tick can have, for people. All texts are static. */
 typedef struct vxs_servo_stage {
-    const char *name;
+    const char *name;    /* "contact", "soft-start" */
     const char *reads;   /* what it goes by */
     const char *changes; /* the other stages in which it makes for more or less work, or NULL: none */
     uint32_t effect;     /* the kind that puts it there; 0: it is always there */
@@ -154,11 +155,12 @@ typedef struct vxs_servo_stage {
 VXS_API vxs_result vxs_servo_stage_at(uint32_t number, vxs_servo_stage *stage);
 
 /* For whoever measures: told before and after each stage of each tick, by its number (vxs_servo_stage_at()).
- * What an effect does within another stage is told within that one, as often as it is done. */
+ * What an effect does within another stage is told within that one, as often as it is done. An own effect's
+ * number is that of all stages plus its place in the config's list. */
 typedef struct vxs_servo_watch {
-    void (*before)(void *user, uint32_t stage);
-    void (*after)(void *user, uint32_t stage);
-    void *user;
+    void (*before)(void *user, uint32_t stage); /* it begins */
+    void (*after)(void *user, uint32_t stage);  /* it has ended */
+    void *user;                                 /* what both are given */
 } vxs_servo_watch;
 
 /* Bytes for vxs_servo_watch_stages(). Thread: any, rt-safe. */

@@ -21,6 +21,7 @@
 extern "C" {
 #endif
 
+/* Of a histogram. */
 enum { VXS_SERVO_THREAD_BINS = 32 };
 
 /* Config. All pointers are borrowed until vxs_servo_thread_stop(). */
@@ -31,30 +32,30 @@ typedef struct vxs_servo_thread_config {
     int32_t cpu;          /* pin to this one, -1: no; default -1. Linux */
     double rate_hz;       /* 100 .. 10000; default 1000 */
     uint64_t max_ticks;   /* stop after so many; 0: run on */
-    vxs_device *device;
-    vxs_servo *servo;
-    vxs_trace *trace; /* may be NULL */
-    vxs_live *live;   /* shows each row to other processes; may be NULL */
+    vxs_device *device;   /* whose exchanges these are */
+    vxs_servo *servo;     /* whose ticks */
+    vxs_trace *trace;     /* may be NULL */
+    vxs_live *live;       /* shows each row to other processes; may be NULL */
     /* Called in the servo thread before each exchange, NULL: none. Must be rt-safe. */
     void (*on_tick)(void *user, uint64_t tick);
-    void *user;
+    void *user; /* what on_tick is given */
 } vxs_servo_thread_config;
 
 /* Bin 0: below 1 us; bin n: 2^(n-1) up to 2^n us; the last bin: all above. */
 typedef struct vxs_servo_thread_histogram {
-    uint64_t bins[VXS_SERVO_THREAD_BINS];
-    uint64_t max_ns;
+    uint64_t bins[VXS_SERVO_THREAD_BINS]; /* how often */
+    uint64_t max_ns;                      /* the longest [ns] */
 } vxs_servo_thread_histogram;
 
 /* A snapshot; counters may be a tick apart. */
 typedef struct vxs_servo_thread_status {
-    uint32_t running;            /* 0 after max_ticks or stop */
-    uint32_t is_realtime;        /* SCHED_FIFO was granted */
-    uint32_t is_locked;          /* memory is locked */
-    uint32_t is_pinned;          /* the processor was granted */
-    const char *scheduling_text; /* "SCHED_FIFO", or why not and what helps; static */
-    const char *memory_text;     /* the same for memory */
-    uint64_t ticks;
+    uint32_t running;                    /* 0 after max_ticks or stop */
+    uint32_t is_realtime;                /* SCHED_FIFO was granted */
+    uint32_t is_locked;                  /* memory is locked */
+    uint32_t is_pinned;                  /* the processor was granted */
+    const char *scheduling_text;         /* "SCHED_FIFO", or why not and what helps; static */
+    const char *memory_text;             /* the same for memory */
+    uint64_t ticks;                      /* done so far */
     uint64_t missed;                     /* periods skipped */
     uint32_t last_flags;                 /* of the last tick */
     uint32_t seen_flags;                 /* of all ticks, or-ed */

@@ -37,14 +37,14 @@ extern "C" {
 
 /* A device's tip. View: static. */
 typedef struct vxs_simulated_profile {
-    const char *name;
+    const char *name;                    /* "phantom-premium-1.5" */
     double peak_force, continuous_force; /* [N] */
     double peak_torque;                  /* [N m], 0: turns are sensed, not actuated */
     double max_stiffness;                /* [N/m] */
     double max_damping;                  /* [N s/m] */
     double resolution;                   /* [m] */
     double mass, friction, viscosity;    /* [kg], [N], [N s/m]: assumed */
-    double rate_hz;
+    double rate_hz;                      /* nominal [Hz] */
 } vxs_simulated_profile;
 
 /* Who holds it. All assumed. View: static. */

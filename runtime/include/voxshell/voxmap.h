@@ -32,14 +32,14 @@ typedef struct vxs_voxmap {
     const int8_t *clearance;         /* 4096 per entry from VXS_VOXMAP_ENTRY_FIRST on; half cells */
     const int32_t *clearance_chunks; /* one per chunk of the box; cells */
     const vxs_voxmap_plane *planes;  /* 512 per chunk, one per brick, or NULL */
-    uint64_t chunk_count, brick_count, clearance_count;
-    uint64_t surface_cells, interior_cells;
+    uint64_t chunk_count, brick_count, clearance_count; /* elements of chunks, bricks, clearance */
+    uint64_t surface_cells, interior_cells;             /* how many there are */
     int64_t bbox_min[3], bbox_max[3]; /* absolute cells, max inclusive: surface and interior */
     uint32_t layer_count;             /* 0 without the channel */
     uint32_t flags;                   /* VXS_VOXMAP_FLAG_* */
     double distance_step;             /* [m] per unit of distances */
-    double distance_band;             /* [m] */
-    double distance_error;            /* [m] */
+    double distance_band;             /* largest |distance| that the channel holds [m] */
+    double distance_error;            /* of a stored distance, at most [m] */
 } vxs_voxmap;
 
 /* The view of an open asset. Returns VXS_OK; VXS_PARAM for NULL or a closed asset; VXS_KIND

@@ -8,8 +8,10 @@
 #include "voxshell/asset.h"
 #include "voxshell/contact.h"
 #include "voxshell/coupling.h"
+#include "voxshell/coupling_kind.h"
 #include "voxshell/device.h"
 #include "voxshell/effect.h"
+#include "voxshell/effect_kind.h"
 #include "voxshell/live.h"
 #include "voxshell/plan.h"
 #include "voxshell/pointshell.h"
@@ -23,9 +25,9 @@
 #include "voxshell/voxmap.h"
 
 /* Of the library; the formats have versions of their own (formats/README.md). */
-#define VXS_VERSION_MAJOR 0
-#define VXS_VERSION_MINOR 1
-#define VXS_VERSION_PATCH 0
+#define VXS_VERSION_MAJOR 0 /* programs are to be changed */
+#define VXS_VERSION_MINOR 1 /* before 1.0: programs are to be compiled anew */
+#define VXS_VERSION_PATCH 0 /* nothing is to be done */
 
 #ifdef __cplusplus
 extern "C" {

@@ -30,7 +30,7 @@ static void reset(void *self, const vxs_pose *tip)
 }
 
 /* What contact does to the statics that move is no approach. */
-static double power_of_statics(const vxsi_tick *tick)
+static double power_of_statics(const vxs_tick *tick)
 {
     double power = 0;
     for (uint32_t n = 0; n < tick->moving->count; n++) {
@@ -42,7 +42,7 @@ static double power_of_statics(const vxsi_tick *tick)
     return power;
 }
 
-static void add(void *self, vxsi_tick *tick)
+static void add(void *self, vxs_tick *tick)
 {
     contact_damping *c = self;
     vxs_wrench *w = &tick->wrench;
@@ -63,13 +63,13 @@ static void add(void *self, vxsi_tick *tick)
     }
 }
 
-extern const vxsi_stage vxsi_stage_contact_damping;
-const vxsi_stage vxsi_stage_contact_damping = {.effect = VXS_EFFECT_CONTACT_DAMPING,
-                                               .name = "contact-damping",
-                                               .reads = "contact's wrench, the object's velocity",
-                                               .size = sizeof(contact_damping),
-                                               .constants = constants,
-                                               .constant_count = sizeof constants / sizeof *constants,
-                                               .set_up = set_up,
-                                               .reset = reset,
-                                               .add = add};
+extern const vxs_effect_kind vxsi_stage_contact_damping;
+const vxs_effect_kind vxsi_stage_contact_damping = {.effect = VXS_EFFECT_CONTACT_DAMPING,
+                                                    .name = "contact-damping",
+                                                    .reads = "contact's wrench, the object's velocity",
+                                                    .size = sizeof(contact_damping),
+                                                    .constants = constants,
+                                                    .constant_count = sizeof constants / sizeof *constants,
+                                                    .set_up = set_up,
+                                                    .reset = reset,
+                                                    .add = add};

@@ -273,7 +273,7 @@ static double share_of(const vxs_wrench *now, const vxs_wrench *before)
     return share;
 }
 
-static void add(void *self, vxsi_tick *tick)
+static void add(void *self, vxs_tick *tick)
 {
     friction *f = self;
     const anchor *before[VXS_CONTACT_MAX_LOADS];
@@ -299,17 +299,17 @@ static void add(void *self, vxsi_tick *tick)
     }
 }
 
-extern const vxsi_stage vxsi_stage_friction;
-const vxsi_stage vxsi_stage_friction = {.effect = VXS_EFFECT_FRICTION,
-                                        .name = "friction",
-                                        .reads = "who presses how in contact, the object's motion",
-                                        .changes = "contact",
-                                        .size = sizeof(friction),
-                                        .constants = constants,
-                                        .constant_count = sizeof constants / sizeof *constants,
-                                        .check = check,
-                                        .set_up = set_up,
-                                        .reset = reset,
-                                        .stiffness = stiffness,
-                                        .attach = attach,
-                                        .add = add};
+extern const vxs_effect_kind vxsi_stage_friction;
+const vxs_effect_kind vxsi_stage_friction = {.effect = VXS_EFFECT_FRICTION,
+                                             .name = "friction",
+                                             .reads = "who presses how in contact, the object's motion",
+                                             .changes = "contact",
+                                             .size = sizeof(friction),
+                                             .constants = constants,
+                                             .constant_count = sizeof constants / sizeof *constants,
+                                             .check = check,
+                                             .set_up = set_up,
+                                             .reset = reset,
+                                             .stiffness = stiffness,
+                                             .attach = attach,
+                                             .add = add};

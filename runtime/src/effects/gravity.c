@@ -30,7 +30,7 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
         g->weight[axis] = effect->as.gravity.mass * effect->as.gravity.acceleration[axis];
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     const gravity *g = self;
     const double *w = g->weight;
@@ -41,15 +41,15 @@ static void run(void *self, vxsi_tick *tick)
     const vxs_wrench weight = {
         {w[0], w[1], w[2]},
         {arm[1] * w[2] - arm[2] * w[1], arm[2] * w[0] - arm[0] * w[2], arm[0] * w[1] - arm[1] * w[0]}};
-    vxsi_add_field(tick, &weight);
+    vxs_tick_add_field(tick, &weight);
 }
 
-extern const vxsi_stage vxsi_stage_gravity;
-const vxsi_stage vxsi_stage_gravity = {.effect = VXS_EFFECT_GRAVITY,
-                                       .name = "gravity",
-                                       .reads = "the object's orientation",
-                                       .size = sizeof(gravity),
-                                       .constants = constants,
-                                       .constant_count = sizeof constants / sizeof *constants,
-                                       .set_up = set_up,
-                                       .run = run};
+extern const vxs_effect_kind vxsi_stage_gravity;
+const vxs_effect_kind vxsi_stage_gravity = {.effect = VXS_EFFECT_GRAVITY,
+                                            .name = "gravity",
+                                            .reads = "the object's orientation",
+                                            .size = sizeof(gravity),
+                                            .constants = constants,
+                                            .constant_count = sizeof constants / sizeof *constants,
+                                            .set_up = set_up,
+                                            .run = run};

@@ -91,7 +91,7 @@ static void drift(vxsi_inertia *b)
 
 /* What acts from outside, and the spring as it will be at the tick's end. Leaves the spring's wrench on the
  * device in *wrench. */
-static void kick(vxsi_inertia *b, vxsi_tick *tick)
+static void kick(vxsi_inertia *b, vxs_tick *tick)
 {
     vxs_wrench *wrench = &tick->wrench;
     const double t = b->sample_time, c = b->damping + t * b->stiffness;
@@ -126,7 +126,7 @@ static void kick(vxsi_inertia *b, vxsi_tick *tick)
     b->last = tick->tip;
 }
 
-void vxsi_inertia_run(void *self, vxsi_tick *tick)
+void vxsi_inertia_run(void *self, vxs_tick *tick)
 {
     kick(self, tick);
     drift(self);

@@ -32,7 +32,7 @@ static inline double vxsi_invert(const double m[9], double out[9])
 }
 
 void vxsi_inertia_reset(void *self, const vxs_pose *tip);
-void vxsi_inertia_run(void *self, vxsi_tick *tick);
+void vxsi_inertia_run(void *self, vxs_tick *tick);
 void vxsi_inertia_pose(const void *self, const vxs_pose *tip, vxs_pose *body);
 
 #endif

@@ -112,19 +112,19 @@ static void attach(void *self, vxs_servo *servo)
         contact->most_stiffness = b->most_stiffness;
 }
 
-extern const vxsi_stage vxsi_stage_inertia;
-const vxsi_stage vxsi_stage_inertia = {.effect = VXS_EFFECT_INERTIA,
-                                       .name = "inertia",
-                                       .reads =
-                                           "contact's wrench, the device's pose; in place of the coupling",
-                                       .changes = "contact, coupling",
-                                       .size = sizeof(vxsi_inertia),
-                                       .constants = constants,
-                                       .constant_count = sizeof constants / sizeof *constants,
-                                       .check = check,
-                                       .compliance = compliance,
-                                       .set_up = set_up,
-                                       .attach = attach,
-                                       .reset = vxsi_inertia_reset,
-                                       .pose = vxsi_inertia_pose,
-                                       .run = vxsi_inertia_run};
+extern const vxs_effect_kind vxsi_stage_inertia;
+const vxs_effect_kind vxsi_stage_inertia = {
+    .effect = VXS_EFFECT_INERTIA,
+    .name = "inertia",
+    .reads = "contact's wrench, the device's pose; in place of the coupling",
+    .changes = "contact, coupling",
+    .size = sizeof(vxsi_inertia),
+    .constants = constants,
+    .constant_count = sizeof constants / sizeof *constants,
+    .check = check,
+    .compliance = compliance,
+    .set_up = set_up,
+    .attach = attach,
+    .reset = vxsi_inertia_reset,
+    .pose = vxsi_inertia_pose,
+    .run = vxsi_inertia_run};

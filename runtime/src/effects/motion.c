@@ -20,7 +20,7 @@ typedef struct way {
 typedef struct motion {
     double sample_time, loop;
     double ticks; /* since the reset */
-    vxsi_moving moving;
+    vxs_moving moving;
     vxs_contact_static *statics; /* the servo's, with the poses of those that move */
     way *ways;
     uint32_t way_count;
@@ -62,7 +62,7 @@ static uint32_t count_ways(const vxs_effect *effect)
 
 static size_t extra(const vxs_effect *effect, const vxs_servo_config *config)
 {
-    return config->static_count * (sizeof(vxs_contact_static) + sizeof(vxsi_twist) + sizeof(vxs_wrench)) +
+    return config->static_count * (sizeof(vxs_contact_static) + sizeof(vxs_twist) + sizeof(vxs_wrench)) +
            count_ways(effect) * sizeof(way);
 }
 
@@ -73,7 +73,7 @@ static void set_up(void *self, const vxs_effect *effect, const vxs_servo_config 
     m->sample_time = config->coupling.sample_time;
     m->loop = effect->as.motion.loop;
     m->moving.count = count;
-    m->moving.twists = (vxsi_twist *)(m + 1);
+    m->moving.twists = (vxs_twist *)(m + 1);
     m->moving.parts = (vxs_wrench *)(m->moving.twists + count);
     m->statics = (vxs_contact_static *)(m->moving.parts + count);
     m->ways = (way *)(m->statics + count);
@@ -146,14 +146,14 @@ static void pose_at(const way *w, double time, int is_loop, vxs_pose *out)
     between(&f[low].pose, &f[next].pose, share, out);
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     motion *m = self;
     const double time = m->ticks * m->sample_time;
     m->ticks += 1;
     for (uint32_t n = 0; n < m->way_count; n++) {
         way *w = &m->ways[n];
-        vxsi_twist *twist = &m->moving.twists[w->frames->static_index];
+        vxs_twist *twist = &m->moving.twists[w->frames->static_index];
         const vxs_pose before = w->pose;
         pose_at(w, time, m->loop != 0, &w->pose);
         memset(twist, 0, sizeof *twist);
@@ -169,19 +169,20 @@ static void run(void *self, vxsi_tick *tick)
     }
 }
 
-extern const vxsi_stage vxsi_stage_motion;
-const vxsi_stage vxsi_stage_motion = {.effect = VXS_EFFECT_MOTION,
-                                      .name = "motion",
-                                      .reads = "the ticks since arming; keyframes of the statics that move",
-                                      .changes = "contact",
-                                      .size = sizeof(motion),
-                                      .constants = constants,
-                                      .constant_count = sizeof constants / sizeof *constants,
-                                      .check = check,
-                                      .fits = fits,
-                                      .extra = extra,
-                                      .has_keyframes = 1,
-                                      .set_up = set_up,
-                                      .attach = attach,
-                                      .reset = reset,
-                                      .run = run};
+extern const vxs_effect_kind vxsi_stage_motion;
+const vxs_effect_kind vxsi_stage_motion = {.effect = VXS_EFFECT_MOTION,
+                                           .name = "motion",
+                                           .reads =
+                                               "the ticks since arming; keyframes of the statics that move",
+                                           .changes = "contact",
+                                           .size = sizeof(motion),
+                                           .constants = constants,
+                                           .constant_count = sizeof constants / sizeof *constants,
+                                           .check = check,
+                                           .fits = fits,
+                                           .extra = extra,
+                                           .has_keyframes = 1,
+                                           .set_up = set_up,
+                                           .attach = attach,
+                                           .reset = reset,
+                                           .run = run};

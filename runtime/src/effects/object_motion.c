@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-void vxsi_twist_at(const vxsi_twist *twist, const double point[3], double velocity[3])
+void vxsi_twist_at(const vxs_twist *twist, const double point[3], double velocity[3])
 {
     const double arm[3] = {point[0] - twist->origin[0], point[1] - twist->origin[1],
                            point[2] - twist->origin[2]};
@@ -27,7 +27,7 @@ void vxsi_motion_reset(vxsi_object_motion *m)
     memset(m->next_orientation, 0, sizeof m->next_orientation);
 }
 
-void vxsi_motion_follow(vxsi_object_motion *m, const vxsi_tick *tick)
+void vxsi_motion_follow(vxsi_object_motion *m, const vxs_tick *tick)
 {
     const double *q = m->orientation;
     double r[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};

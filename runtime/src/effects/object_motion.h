@@ -19,13 +19,13 @@ typedef struct vxsi_object_motion {
 } vxsi_object_motion;
 
 /* The velocity of a static where its matter is at a point. */
-void vxsi_twist_at(const vxsi_twist *twist, const double point[3], double velocity[3]);
+void vxsi_twist_at(const vxs_twist *twist, const double point[3], double velocity[3]);
 
 void vxsi_motion_set_up(vxsi_object_motion *m, const vxs_servo_config *config);
 void vxsi_motion_reset(vxsi_object_motion *m);
 
 /* The object has come to tick->body, an orientation of length 1; once an evaluation. */
-void vxsi_motion_follow(vxsi_object_motion *m, const vxsi_tick *tick);
+void vxsi_motion_follow(vxsi_object_motion *m, const vxs_tick *tick);
 
 /* A force that acts at the middle, and a torque, as a wrench about the tip. */
 void vxsi_at_middle(const vxsi_object_motion *m, vxs_wrench *wrench);

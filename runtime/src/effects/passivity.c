@@ -85,7 +85,7 @@ static void measure(passivity *p, const vxs_pose *measured, motion *m)
     p->last = now;
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     passivity *p = self;
     motion m;
@@ -115,16 +115,16 @@ static void run(void *self, vxsi_tick *tick)
     tick->flags |= VXS_SERVO_DAMPED;
 }
 
-extern const vxsi_stage vxsi_stage_passivity;
-const vxsi_stage vxsi_stage_passivity = {.effect = VXS_EFFECT_PASSIVITY,
-                                         .is_guard = 1,
-                                         .name = "passivity",
-                                         .reads = "the device's motion, its own commands",
-                                         .size = sizeof(passivity),
-                                         .constants = constants,
-                                         .constant_count = sizeof constants / sizeof *constants,
-                                         .check = check,
-                                         .set_up = set_up,
-                                         .attach = attach,
-                                         .reset = reset,
-                                         .run = run};
+extern const vxs_effect_kind vxsi_stage_passivity;
+const vxs_effect_kind vxsi_stage_passivity = {.effect = VXS_EFFECT_PASSIVITY,
+                                              .is_guard = 1,
+                                              .name = "passivity",
+                                              .reads = "the device's motion, its own commands",
+                                              .size = sizeof(passivity),
+                                              .constants = constants,
+                                              .constant_count = sizeof constants / sizeof *constants,
+                                              .check = check,
+                                              .set_up = set_up,
+                                              .attach = attach,
+                                              .reset = reset,
+                                              .run = run};

@@ -90,7 +90,7 @@ static void add_point(void *self, const double at[3], double distance, const dou
 }
 
 /* The velocity relative to a static, shell's frame. */
-static void look_from(brake *b, const proximity *p, const vxsi_tick *tick, uint32_t n, const double turn[9])
+static void look_from(brake *b, const proximity *p, const vxs_tick *tick, uint32_t n, const double turn[9])
 {
     double velocity[3], spin[3], own[3];
     memcpy(velocity, p->motion.velocity, sizeof velocity);
@@ -106,7 +106,7 @@ static void look_from(brake *b, const proximity *p, const vxsi_tick *tick, uint3
     vxsi_rotate_back(turn, spin, b->spin);
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     proximity *p = self;
     brake b = {.middle = p->middle, .reach = p->reach};
@@ -128,20 +128,20 @@ static void run(void *self, vxsi_tick *tick)
         wrench.torque[i] *= factor;
     }
     vxsi_at_middle(&p->motion, &wrench);
-    vxsi_add_field(tick, &wrench);
+    vxs_tick_add_field(tick, &wrench);
 }
 
-extern const vxsi_stage vxsi_stage_proximity;
-const vxsi_stage vxsi_stage_proximity = {.effect = VXS_EFFECT_PROXIMITY,
-                                         .name = "proximity",
-                                         .reads =
-                                             "the distance channel around the points, the object's velocity",
-                                         .size = sizeof(proximity),
-                                         .constants = constants,
-                                         .constant_count = sizeof constants / sizeof *constants,
-                                         .fits = fits,
-                                         .stiffness = stiffness,
-                                         .set_up = set_up,
-                                         .attach = attach,
-                                         .reset = reset,
-                                         .run = run};
+extern const vxs_effect_kind vxsi_stage_proximity;
+const vxs_effect_kind vxsi_stage_proximity = {
+    .effect = VXS_EFFECT_PROXIMITY,
+    .name = "proximity",
+    .reads = "the distance channel around the points, the object's velocity",
+    .size = sizeof(proximity),
+    .constants = constants,
+    .constant_count = sizeof constants / sizeof *constants,
+    .fits = fits,
+    .stiffness = stiffness,
+    .set_up = set_up,
+    .attach = attach,
+    .reset = reset,
+    .run = run};

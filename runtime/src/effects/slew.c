@@ -47,7 +47,7 @@ static int follow(double last[3], double v[3], double most, double limit)
     return factor < 1;
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     slew *s = self;
     if (follow(s->last.force, tick->wrench.force, s->force_step, s->max_force))
@@ -56,14 +56,14 @@ static void run(void *self, vxsi_tick *tick)
         tick->flags |= VXS_SERVO_SLEWED;
 }
 
-extern const vxsi_stage vxsi_stage_slew;
-const vxsi_stage vxsi_stage_slew = {.effect = VXS_EFFECT_SLEW,
-                                    .is_guard = 1,
-                                    .name = "slew",
-                                    .reads = "the command before",
-                                    .size = sizeof(slew),
-                                    .constants = constants,
-                                    .constant_count = sizeof constants / sizeof *constants,
-                                    .set_up = set_up,
-                                    .reset = reset,
-                                    .run = run};
+extern const vxs_effect_kind vxsi_stage_slew;
+const vxs_effect_kind vxsi_stage_slew = {.effect = VXS_EFFECT_SLEW,
+                                         .is_guard = 1,
+                                         .name = "slew",
+                                         .reads = "the command before",
+                                         .size = sizeof(slew),
+                                         .constants = constants,
+                                         .constant_count = sizeof constants / sizeof *constants,
+                                         .set_up = set_up,
+                                         .reset = reset,
+                                         .run = run};

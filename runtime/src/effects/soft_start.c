@@ -23,7 +23,7 @@ static void reset(void *self, const vxs_pose *tip)
     ((soft_start *)self)->gain = 0;
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     soft_start *s = self;
     double gain = s->gain * tick->share + s->step;
@@ -36,14 +36,14 @@ static void run(void *self, vxsi_tick *tick)
     tick->gain = s->gain;
 }
 
-extern const vxsi_stage vxsi_stage_soft_start;
-const vxsi_stage vxsi_stage_soft_start = {.effect = VXS_EFFECT_SOFT_START,
-                                          .is_guard = 1,
-                                          .name = "soft-start",
-                                          .reads = "the ticks since arming",
-                                          .size = sizeof(soft_start),
-                                          .constants = constants,
-                                          .constant_count = sizeof constants / sizeof *constants,
-                                          .set_up = set_up,
-                                          .reset = reset,
-                                          .run = run};
+extern const vxs_effect_kind vxsi_stage_soft_start;
+const vxs_effect_kind vxsi_stage_soft_start = {.effect = VXS_EFFECT_SOFT_START,
+                                               .is_guard = 1,
+                                               .name = "soft-start",
+                                               .reads = "the ticks since arming",
+                                               .size = sizeof(soft_start),
+                                               .constants = constants,
+                                               .constant_count = sizeof constants / sizeof *constants,
+                                               .set_up = set_up,
+                                               .reset = reset,
+                                               .run = run};

@@ -14,7 +14,7 @@ static void reset(void *self, const vxs_pose *tip)
     ((start_inside *)self)->was_free = 0;
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     start_inside *s = self;
     if (s->was_free) return;
@@ -24,11 +24,11 @@ static void run(void *self, vxsi_tick *tick)
         s->was_free = 1;
 }
 
-extern const vxsi_stage vxsi_stage_start_inside;
-const vxsi_stage vxsi_stage_start_inside = {.effect = VXS_EFFECT_START_INSIDE,
-                                            .is_guard = 1,
-                                            .name = "start-inside",
-                                            .reads = "whether anything touches",
-                                            .size = sizeof(start_inside),
-                                            .reset = reset,
-                                            .run = run};
+extern const vxs_effect_kind vxsi_stage_start_inside;
+const vxs_effect_kind vxsi_stage_start_inside = {.effect = VXS_EFFECT_START_INSIDE,
+                                                 .is_guard = 1,
+                                                 .name = "start-inside",
+                                                 .reads = "whether anything touches",
+                                                 .size = sizeof(start_inside),
+                                                 .reset = reset,
+                                                 .run = run};

@@ -3,7 +3,7 @@
  * Torque on the hand. It is no stage of its own: coupling and clamp do their second half where it is asked
  * for.
  */
-#include "../coupling_kind.h"
+#include "../coupling_table.h"
 #include "../servo_state.h"
 
 static void attach(void *self, vxs_servo *servo)
@@ -12,9 +12,9 @@ static void attach(void *self, vxs_servo *servo)
     servo->has_torque = servo->coupling->has_torque = 1;
 }
 
-extern const vxsi_stage vxsi_stage_torque;
-const vxsi_stage vxsi_stage_torque = {.effect = VXS_EFFECT_TORQUE,
-                                      .name = "torque",
-                                      .reads = "torques",
-                                      .changes = "coupling, clamp",
-                                      .attach = attach};
+extern const vxs_effect_kind vxsi_stage_torque;
+const vxs_effect_kind vxsi_stage_torque = {.effect = VXS_EFFECT_TORQUE,
+                                           .name = "torque",
+                                           .reads = "torques",
+                                           .changes = "coupling, clamp",
+                                           .attach = attach};

@@ -33,7 +33,7 @@ static void reset(void *self, const vxs_pose *tip)
     vxsi_motion_reset(&((viscosity *)self)->motion);
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     viscosity *v = self;
     vxs_wrench drag;
@@ -43,17 +43,17 @@ static void run(void *self, vxsi_tick *tick)
         drag.torque[axis] = -v->turning * v->motion.spin[axis];
     }
     vxsi_at_middle(&v->motion, &drag);
-    vxsi_add_field(tick, &drag);
+    vxs_tick_add_field(tick, &drag);
 }
 
-extern const vxsi_stage vxsi_stage_viscosity;
-const vxsi_stage vxsi_stage_viscosity = {.effect = VXS_EFFECT_VISCOSITY,
-                                         .name = "viscosity",
-                                         .reads = "the object's velocity",
-                                         .size = sizeof(viscosity),
-                                         .constants = constants,
-                                         .constant_count = sizeof constants / sizeof *constants,
-                                         .stiffness = stiffness,
-                                         .set_up = set_up,
-                                         .reset = reset,
-                                         .run = run};
+extern const vxs_effect_kind vxsi_stage_viscosity;
+const vxs_effect_kind vxsi_stage_viscosity = {.effect = VXS_EFFECT_VISCOSITY,
+                                              .name = "viscosity",
+                                              .reads = "the object's velocity",
+                                              .size = sizeof(viscosity),
+                                              .constants = constants,
+                                              .constant_count = sizeof constants / sizeof *constants,
+                                              .stiffness = stiffness,
+                                              .set_up = set_up,
+                                              .reset = reset,
+                                              .run = run};

@@ -49,7 +49,7 @@ static double push(const workspace *w, double depth, double outwards)
     return fmax(0, w->stiffness * depth + w->damping * fmin(1, depth / full_depth) * outwards);
 }
 
-static void run(void *self, vxsi_tick *tick)
+static void run(void *self, vxs_tick *tick)
 {
     workspace *w = self;
     vxs_wrench wall = {{0, 0, 0}, {0, 0, 0}};
@@ -67,17 +67,17 @@ static void run(void *self, vxsi_tick *tick)
     }
     memcpy(w->at, tick->tip.position, sizeof w->at);
     w->is_known = 1;
-    if (is_outside) vxsi_add_to_hand(tick, &wall);
+    if (is_outside) vxs_tick_add_to_hand(tick, &wall);
 }
 
-extern const vxsi_stage vxsi_stage_workspace;
-const vxsi_stage vxsi_stage_workspace = {.effect = VXS_EFFECT_WORKSPACE,
-                                         .name = "workspace",
-                                         .reads = "the tip's position and velocity",
-                                         .size = sizeof(workspace),
-                                         .constants = constants,
-                                         .constant_count = sizeof constants / sizeof *constants,
-                                         .check = check,
-                                         .set_up = set_up,
-                                         .reset = reset,
-                                         .run = run};
+extern const vxs_effect_kind vxsi_stage_workspace;
+const vxs_effect_kind vxsi_stage_workspace = {.effect = VXS_EFFECT_WORKSPACE,
+                                              .name = "workspace",
+                                              .reads = "the tip's position and velocity",
+                                              .size = sizeof(workspace),
+                                              .constants = constants,
+                                              .constant_count = sizeof constants / sizeof *constants,
+                                              .check = check,
+                                              .set_up = set_up,
+                                              .reset = reset,
+                                              .run = run};

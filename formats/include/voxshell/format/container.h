@@ -17,25 +17,28 @@
 #endif
 
 #ifdef __cplusplus
+/* Does not compile unless expr holds. */
 #define VXS_STATIC_ASSERT(expr, text) static_assert(expr, text)
 extern "C" {
 #else
+/* The same in C. */
 #define VXS_STATIC_ASSERT(expr, text) _Static_assert(expr, text)
 #endif
 
 enum {
-    VXS_CONTAINER_MAGIC_SIZE = 8,
+    VXS_CONTAINER_MAGIC_SIZE = 8,    /* [bytes] */
     VXS_CONTAINER_ALIGNMENT = 64,    /* of every section, and of the file size */
     VXS_CONTAINER_MAX_SECTIONS = 64, /* C107 */
-    VXS_CONTAINER_HASH_SIZE = 32     /* SHA-256 */
+    VXS_CONTAINER_HASH_SIZE = 32     /* SHA-256 [bytes] */
 };
 
 /* 0x89 as in PNG (not text, catches a 7-bit path), three letters for the kind, then
  * CR LF ^Z LF (catches line-end conversion). One magic per kind from the first day. */
-#define VXS_VOXMAP_MAGIC "\x89VXM\r\n\x1a\n"
-#define VXS_POINTSHELL_MAGIC "\x89VXP\r\n\x1a\n"
-#define VXS_PLAN_MAGIC "\x89VXL\r\n\x1a\n"
+#define VXS_VOXMAP_MAGIC "\x89VXM\r\n\x1a\n"     /* voxmap.h */
+#define VXS_POINTSHELL_MAGIC "\x89VXP\r\n\x1a\n" /* pointshell.h */
+#define VXS_PLAN_MAGIC "\x89VXL\r\n\x1a\n"       /* plan.h */
 
+/* A section's id: four characters as they stand in the file. */
 #define VXS_SECTION_ID(a, b, c, d)                                                                           \
     ((uint32_t)(a) | (uint32_t)(b) << 8 | (uint32_t)(c) << 16 | (uint32_t)(d) << 24)
 
@@ -48,18 +51,19 @@ enum {
 #define VXS_SECTION_TABL VXS_SECTION_ID('T', 'A', 'B', 'L') /* the section table */
 
 /* Edge of a cell that an asset may state [m] (M201, S201). */
-#define VXS_VOXEL_MIN 1e-12
-#define VXS_VOXEL_MAX 1e3
+#define VXS_VOXEL_MIN 1e-12 /* least */
+#define VXS_VOXEL_MAX 1e3   /* most */
 
+/* What a file begins with. */
 typedef struct vxs_container_header {
-    uint8_t magic[VXS_CONTAINER_MAGIC_SIZE];
-    uint16_t version_major;
-    uint16_t version_minor;
-    uint32_t header_size;       /* 128: this struct */
-    uint64_t file_size;         /* of the whole file [bytes] */
-    uint32_t required_features; /* a bit the reader does not know: refuse */
-    uint32_t optional_features; /* a bit the reader does not know: ignore */
-    uint32_t section_count;
+    uint8_t magic[VXS_CONTAINER_MAGIC_SIZE];       /* VXS_VOXMAP_MAGIC ... */
+    uint16_t version_major;                        /* of the kind's format: a newer one is refused, */
+    uint16_t version_minor;                        /* a newer one of these is read */
+    uint32_t header_size;                          /* 128: this struct */
+    uint64_t file_size;                            /* of the whole file [bytes] */
+    uint32_t required_features;                    /* a bit the reader does not know: refuse */
+    uint32_t optional_features;                    /* a bit the reader does not know: ignore */
+    uint32_t section_count;                        /* entries of the table */
     uint32_t section_entry_size;                   /* 40: vxs_container_section */
     uint64_t section_table_offset;                 /* 128 */
     uint8_t content_hash[VXS_CONTAINER_HASH_SIZE]; /* SHA-256, container.md "Content hash" */
@@ -69,6 +73,7 @@ typedef struct vxs_container_header {
     uint32_t header_crc;                           /* CRC-32 of bytes 0..123 */
 } vxs_container_header;
 
+/* An entry of the section table. */
 typedef struct vxs_container_section {
     uint32_t id;       /* four characters, VXS_SECTION_ID */
     uint32_t stride;   /* bytes per element, never 0 */

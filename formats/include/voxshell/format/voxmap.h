@@ -20,12 +20,12 @@ extern "C" {
 #endif
 
 enum {
-    VXS_VOXMAP_VERSION_MAJOR = 1,
-    VXS_VOXMAP_VERSION_MINOR = 0,
-    VXS_VOXMAP_BRICK_CELLS = 8,  /* per axis */
-    VXS_VOXMAP_CHUNK_BRICKS = 8, /* per axis */
-    VXS_VOXMAP_CHUNK_CELLS = 64, /* per axis */
-    VXS_VOXMAP_CHUNK_ENTRIES = 512,
+    VXS_VOXMAP_VERSION_MAJOR = 1,       /* of the format */
+    VXS_VOXMAP_VERSION_MINOR = 0,       /* of the format */
+    VXS_VOXMAP_BRICK_CELLS = 8,         /* per axis */
+    VXS_VOXMAP_CHUNK_BRICKS = 8,        /* per axis */
+    VXS_VOXMAP_CHUNK_CELLS = 64,        /* per axis */
+    VXS_VOXMAP_CHUNK_ENTRIES = 512,     /* bricks of a chunk */
     VXS_VOXMAP_BRICK_WORDS = 16,        /* u64 per brick of state bits */
     VXS_VOXMAP_ENTRY_FIRST = 4,         /* entries below are uniform states */
     VXS_VOXMAP_MAX_CELLS = 1 << 20,     /* per axis of the box (M204) */
@@ -68,26 +68,28 @@ enum { VXS_CELL_FREE = 0, VXS_CELL_SURFACE = 1, VXS_CELL_INTERIOR = 2 };
  * those with n . (x - c) < VXS_VOXMAP_PLANE_STEP s are in free cells [cells]. */
 #define VXS_VOXMAP_SECTION_CLRP VXS_SECTION_ID('C', 'L', 'R', 'P') /* vxs_voxmap_plane[512] */
 
+/* One of CLRP. */
 typedef struct vxs_voxmap_plane {
     int8_t normal[3]; /* n, of any length */
     int8_t offset;    /* s; n = 0 with s = 0: all is free, with s = -1: says nothing */
 } vxs_voxmap_plane;
 
+/* Where the box is, and what is in it. */
 typedef struct vxs_voxmap_grid {
-    double voxel;           /* edge h of a cell [m], finite, > 0 */
-    int64_t origin_cell[3]; /* cell of the box's min corner; multiple of 64 */
-    uint32_t root_dims[3];  /* the box in chunks, >= 1 */
-    uint32_t layer_count;   /* L of the layer channel, 0 without it */
-    uint64_t surface_cells;
-    uint64_t interior_cells;
-    int64_t bbox_min[3];   /* cells: tight box of the surface and interior cells, */
-    int64_t bbox_max[3];   /* max inclusive */
-    double distance_step;  /* [m] per unit of DIST, 0 without it */
-    double distance_band;  /* [m] |distance| the channel represents, 0 without it */
-    double distance_error; /* [m] largest error of a stored distance */
-    uint32_t flags;        /* VXS_VOXMAP_FLAG_* */
-    uint32_t reserved;     /* 0 */
-    uint8_t pad[48];       /* 0 */
+    double voxel;            /* edge h of a cell [m], finite, > 0 */
+    int64_t origin_cell[3];  /* cell of the box's min corner; multiple of 64 */
+    uint32_t root_dims[3];   /* the box in chunks, >= 1 */
+    uint32_t layer_count;    /* L of the layer channel, 0 without it */
+    uint64_t surface_cells;  /* how many there are */
+    uint64_t interior_cells; /* how many there are */
+    int64_t bbox_min[3];     /* cells: tight box of the surface and interior cells, */
+    int64_t bbox_max[3];     /* max inclusive */
+    double distance_step;    /* [m] per unit of DIST, 0 without it */
+    double distance_band;    /* [m] |distance| the channel represents, 0 without it */
+    double distance_error;   /* [m] largest error of a stored distance */
+    uint32_t flags;          /* VXS_VOXMAP_FLAG_* */
+    uint32_t reserved;       /* 0 */
+    uint8_t pad[48];         /* 0 */
 } vxs_voxmap_grid;
 
 enum {

@@ -2,11 +2,11 @@
  *
  * The table of couplings: one line a kind.
  */
-#include "coupling_kind.h"
+#include "coupling_table.h"
 
-extern const vxsi_coupling_kind vxsi_coupling_none, vxsi_coupling_pt2, vxsi_coupling_spring_damper,
+extern const vxs_coupling_kind vxsi_coupling_none, vxsi_coupling_pt2, vxsi_coupling_spring_damper,
     vxsi_coupling_quasi_static;
 
-const vxsi_coupling_kind *const vxsi_coupling_kinds[] = {
+const vxs_coupling_kind *const vxsi_coupling_kinds[] = {
     &vxsi_coupling_none, &vxsi_coupling_pt2, &vxsi_coupling_spring_damper, &vxsi_coupling_quasi_static, NULL,
 };
