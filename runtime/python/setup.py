@@ -6,7 +6,11 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
+
+if sys.version_info < (3, 9):
+    sys.exit("voxshell: needs Python 3.9 or newer, and this is %d.%d" % sys.version_info[:2])
 
 from setuptools import Distribution, setup
 from setuptools.command.build_py import build_py
@@ -22,21 +26,25 @@ SCRATCH = pathlib.Path(tempfile.mkdtemp(prefix="voxshell-python-"))  # the sourc
 atexit.register(shutil.rmtree, SCRATCH, ignore_errors=True)
 
 
-def library():
+def libraries():
+    """Each name in the package to a file: the runtime's, and that of the devices where there is one."""
     if os.environ.get("VOXSHELL_LIBRARY"):
-        return pathlib.Path(os.environ["VOXSHELL_LIBRARY"])
+        given = pathlib.Path(os.environ["VOXSHELL_LIBRARY"])
+        found = {"libvoxshell.so": given, "libvoxshell-devices.so": given.with_name("libvoxshell-devices.so")}
+        return {name: file for name, file in found.items() if file.exists() or file == given}
     build = SCRATCH / "runtime"
     generator = ["-G", "Ninja"] if shutil.which("ninja") else []
-    options = [f"-DVOXSHELL_{part}=OFF" for part in ("TOOLS", "TESTS", "SAMPLES", "USB")]
+    options = ["-DCMAKE_SKIP_RPATH=ON", *[f"-DVOXSHELL_{part}=OFF" for part in ("TOOLS", "TESTS", "SAMPLES", "USB")]]
     subprocess.run(["cmake", "-S", ROOT, "-B", build, *generator, *options], check=True)
-    subprocess.run(["cmake", "--build", build, "--target", "voxshell_runtime_shared"], check=True)
-    return next(file for file in build.rglob("libvoxshell.so*") if not file.is_symlink())
+    subprocess.run(["cmake", "--build", build, "--target", "voxshell_runtime_shared", "voxshell_devices_shared"], check=True)
+    return {f"{name}.so": next(file for file in build.rglob(f"{name}.so*") if not file.is_symlink()) for name in ("libvoxshell", "libvoxshell-devices")}
 
 
-class WithLibrary(build_py):
+class WithLibraries(build_py):
     def run(self):
         super().run()
-        shutil.copy(library(), pathlib.Path(self.build_lib, "voxshell", "libvoxshell.so"))
+        for name, file in libraries().items():
+            shutil.copy(file, pathlib.Path(self.build_lib, "voxshell", name))
 
 
 class OfAMachine(Distribution):
@@ -64,6 +72,6 @@ setup(
     python_requires=">=3.9",
     install_requires=["numpy"],
     distclass=OfAMachine,
-    cmdclass={"build_py": WithLibrary, "bdist_wheel": Wheel},
+    cmdclass={"build_py": WithLibraries, "bdist_wheel": Wheel},
     options={"build": {"build_base": str(SCRATCH / "build")}, "egg_info": {"egg_base": str(SCRATCH / "egg")}},
 )

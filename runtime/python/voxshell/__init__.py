@@ -20,20 +20,23 @@ All numbers are SI; quaternions are w x y z. What the runtime refuses is raised 
 """
 from .asset import Asset
 from .contact import Contact, ContactFlag, ContactResult, Statics
-from .device import ARMED, DeviceCommand, DeviceState, SimulatedDevice, simulated_names
+from .device import ARMED, FAULT, GONE, READY, Device, DeviceCaps, DeviceCommand, DeviceState, SimulatedDevice, simulated_names
+from .hardware import REPLAY_ROW, HardwareDevice, ReplayDevice, hardware_names
 from .library import Error, load
 from .plan import Plan
 from .pointshell import Pointshell
 from .pose import Pose, Wrench
 from .servo import ROW, COUPLINGS, Servo, ServoConfig, ServoFlag
+from .servo_thread import Histogram, ServoFault, ServoThread, ServoThreadStatus
 from .voxmap import FREE, INTERIOR, SURFACE, Voxmap
 
 _version = load().vxs_version()
 __version__ = f"{_version >> 16}.{_version >> 8 & 255}.{_version & 255}"
 
 __all__ = ["open_asset", "Asset", "Voxmap", "Pointshell", "Plan", "Contact", "ContactFlag", "ContactResult", "Statics", "Servo", "ServoConfig", "ServoFlag",
-           "SimulatedDevice", "simulated_names", "DeviceState", "DeviceCommand", "Pose", "Wrench", "Error", "ROW", "COUPLINGS", "FREE",
-           "SURFACE", "INTERIOR", "ARMED"]
+           "ServoThread", "ServoThreadStatus", "ServoFault", "Histogram", "Device", "DeviceCaps", "HardwareDevice", "hardware_names", "ReplayDevice",
+           "REPLAY_ROW", "SimulatedDevice", "simulated_names", "DeviceState", "DeviceCommand", "Pose", "Wrench", "Error", "ROW", "COUPLINGS", "FREE",
+           "SURFACE", "INTERIOR", "READY", "ARMED", "FAULT", "GONE"]
 
 
 def open_asset(path, copy=False):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""The device that needs no hardware (voxshell/device.h, voxshell/simulated.h)."""
+"""Devices, and the one that needs no hardware (voxshell/device.h, voxshell/simulated.h)."""
 import ctypes
+import weakref
 
 from .library import Memory, Struct, load, need
 from .pose import Pose, Wrench, as_pose
@@ -65,7 +66,75 @@ def simulated_names():
     return names
 
 
-class SimulatedDevice:
+class DeviceCaps(Struct):
+    """What a device can do; 0 where it is not known: peak_force [N], max_stiffness [N/m], resolution [m], has_motors ..."""
+
+    C_NAME = "vxs_device_caps"
+    _fields_ = [("name", ctypes.c_char * 48), ("dof_sensed", ctypes.c_uint32), ("dof_actuated", ctypes.c_uint32),
+                *[(name, ctypes.c_double) for name in ("rate_hz", "peak_force", "continuous_force", "peak_torque", "max_stiffness", "max_damping",
+                                                       "resolution", "mass", "friction", "viscosity")],
+                *[(name, ctypes.c_uint32) for name in ("delay_samples", "assumed", "has_watchdog", "verified", "has_motors")]]
+
+
+class DeviceView(Struct):
+    C_NAME = "vxs_device"
+    _fields_ = [("ops", ctypes.c_void_p), ("self", ctypes.c_void_p), ("caps", DeviceCaps)]
+
+
+class Device:
+    """Any device, by the address of its vxs_device; keep: what has to live as long. caps (DeviceCaps), state (of the last exchange)."""
+
+    def __init__(self, address, keep=None):
+        self.address = address
+        self.state = DeviceState()
+        self.is_taken = False  # by a ServoThread
+        self._close = weakref.finalize(self, _close, address, keep)
+
+    def need_free(self):
+        """Raises RuntimeError where a loop has it, or where it is closed."""
+        if self.is_taken:
+            raise RuntimeError("the device is its servo thread's until that is stopped")
+        if not self._close.alive:
+            raise RuntimeError("the device is closed")
+
+    @property
+    def caps(self):
+        """A copy."""
+        return DeviceCaps.from_buffer_copy(DeviceView.from_address(self.address).caps)
+
+    def arm(self):
+        """From here on it pushes. Raises Error: VXS_STATE."""
+        self.need_free()
+        need(load().vxs_device_arm(self.address))
+
+    def disarm(self):
+        """Force off; ends a fault. Raises Error."""
+        self.need_free()
+        need(load().vxs_device_disarm(self.address))
+
+    def release(self):
+        """Force off, whatever state it is in."""
+        self.need_free()
+        load().vxs_device_disarm(self.address)
+
+    def exchange(self, command):
+        """One sample: DeviceCommand in, DeviceState out (the same object each time)."""
+        self.need_free()
+        load().vxs_device_exchange(self.address, ctypes.byref(command), ctypes.byref(self.state), None)
+        return self.state
+
+    def close(self):
+        """Force off and the end; again is allowed."""
+        if self.is_taken:
+            raise RuntimeError("the device is its servo thread's until that is stopped")
+        self._close()
+
+
+def _close(address, _keep):
+    load().vxs_device_close(address)
+
+
+class SimulatedDevice(Device):
     """A felt mass with friction, held by an arm, on virtual time: the same motion to the last bit on every machine.
 
     name         of a profile (simulated_names())
@@ -91,26 +160,13 @@ class SimulatedDevice:
             self.config.sample_time = 1 / rate
         self.config.start = as_pose(start)
         self.config.noise, self.config.loss, self.config.delay_samples, self.config.seed = noise, loss, delay, seed
-        self._memory = Memory(load().vxs_simulated_memory())
-        self._device = ctypes.c_void_p()
-        need(load().vxs_simulated_open(self._memory.address, self._memory.size, ctypes.byref(self.config), ctypes.byref(self._device)), name)
-        self.state = DeviceState()
-
-    def arm(self):
-        """From here on it pushes."""
-        need(load().vxs_device_arm(self._device))
-
-    def disarm(self):
-        """Force off; ends a fault."""
-        need(load().vxs_device_disarm(self._device))
+        memory, opened = Memory(load().vxs_simulated_memory()), ctypes.c_void_p()
+        need(load().vxs_simulated_open(memory.address, memory.size, ctypes.byref(self.config), ctypes.byref(opened)), name)
+        super().__init__(opened.value, memory)
 
     def hand(self, pose):
         """Where the hand wants to be at the end of the next sample: Pose, or 3 or 7 numbers."""
+        self.need_free()
         pose = pose if isinstance(pose, Pose) else as_pose(pose)
         address = ctypes.addressof(pose)
-        load().vxs_simulated_hand(self._device, address, address + Pose.orientation.offset)
-
-    def exchange(self, command):
-        """One sample: DeviceCommand in, DeviceState out (the same object each time)."""
-        load().vxs_device_exchange(self._device, ctypes.byref(command), ctypes.byref(self.state), None)
-        return self.state
+        load().vxs_simulated_hand(self.address, address, address + Pose.orientation.offset)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The runtime's shared library: found, loaded, and its errors raised.
 
-It is $VOXSHELL_LIBRARY if that is set, else the one that the wheel carries beside this file. PROTOTYPES are the
+It is $VOXSHELL_LIBRARY if that is set, else the one that the wheel carries beside this file; the library of the devices lies beside it. PROTOTYPES are the
 declarations of the headers that are called here, word for word as far as a C compiler cares: a test compiles them against
 runtime/include, and the layout of every Struct too, so nothing here can drift from the C side unseen.
 """
@@ -52,9 +52,35 @@ void vxs_simulated_config_default(vxs_simulated_config *config, const vxs_simula
 size_t vxs_simulated_memory(void);
 vxs_result vxs_simulated_open(void *memory, size_t size, const vxs_simulated_config *config, vxs_device **out);
 void vxs_simulated_hand(vxs_device *device, const double position[3], const double *orientation);
+size_t vxs_trace_memory(uint32_t rows);
+vxs_result vxs_trace_init(void *memory, size_t size, uint32_t rows, vxs_trace **out);
+size_t vxs_trace_drain(vxs_trace *trace, vxs_servo_trace *rows, size_t max);
+uint64_t vxs_trace_dropped(const vxs_trace *trace);
+void vxs_servo_thread_config_default(vxs_servo_thread_config *config);
+size_t vxs_servo_thread_memory(void);
+vxs_result vxs_servo_thread_start(void *memory, size_t size, const vxs_servo_thread_config *config,
+                                  vxs_servo_thread **out);
+void vxs_servo_thread_get(const vxs_servo_thread *thread, vxs_servo_thread_status *status);
+void vxs_servo_thread_stop(vxs_servo_thread *thread);
 """
 
-VALUES = {"void": None, "int": ctypes.c_int, "vxs_result": ctypes.c_int, "uint32_t": ctypes.c_uint32,
+# Of the library of the devices.
+DEVICES = """
+void vxs_replay_config_default(vxs_replay_config *config);
+size_t vxs_replay_memory(void);
+vxs_result vxs_replay_open(void *memory, size_t size, const vxs_replay_config *config,
+                           vxs_device **out);
+vxs_result vxs_replay_parse(const void *bytes, size_t size, vxs_replay_row *rows, size_t most,
+                            size_t *count, size_t *line);
+const vxs_hardware_kind *vxs_hardware_kind_at(uint32_t index);
+const vxs_hardware_kind *vxs_hardware_kind_named(const char *name);
+void vxs_hardware_config_default(vxs_hardware_config *config);
+size_t vxs_hardware_memory(void);
+vxs_result vxs_hardware_open(void *memory, size_t size, const vxs_hardware_kind *kind,
+                             const vxs_hardware_config *config, vxs_device **out);
+"""
+
+VALUES = {"void": None, "int": ctypes.c_int, "vxs_result": ctypes.c_int, "uint32_t": ctypes.c_uint32, "uint64_t": ctypes.c_uint64,
           "size_t": ctypes.c_size_t, "double": ctypes.c_double}
 
 
@@ -119,6 +145,7 @@ def declare(library, prototypes):
 
 
 _loaded = None
+_devices = None
 
 
 def load():
@@ -127,6 +154,18 @@ def load():
     if _loaded is None:
         _loaded = declare(ctypes.CDLL(path()), PROTOTYPES)
     return _loaded
+
+
+def load_devices():
+    """The library of the devices, loaded once. Raises OSError if there is none beside the runtime's."""
+    global _devices
+    if _devices is None:
+        load()  # which it is linked with
+        name = os.path.join(os.path.dirname(os.path.abspath(path())), "libvoxshell-devices.so")
+        if not os.path.exists(name):
+            raise OSError(f"{name}: is not there: hardware and replay need the library of the devices beside the runtime's")
+        _devices = declare(ctypes.CDLL(name), DEVICES)
+    return _devices
 
 
 def need(code, what=""):

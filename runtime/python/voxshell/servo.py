@@ -35,7 +35,7 @@ class CouplingConfig(Struct):
     C_NAME = "vxs_coupling_config"
     _fields_ = [("struct_size", ctypes.c_uint32), ("kind", ctypes.c_uint32), ("sample_time", ctypes.c_double), ("omega0", ctypes.c_double),
                 ("damping", ctypes.c_double), ("gain", ctypes.c_double), ("prewarp", ctypes.c_uint32), ("evaluations", ctypes.c_uint32),
-                ("stiffness", ctypes.c_double), ("radius", ctypes.c_double), ("mass", ctypes.c_double)]
+                ("stiffness", ctypes.c_double), ("radius", ctypes.c_double), ("mass", ctypes.c_double), ("own", ctypes.c_void_p)]
 
 
 class ServoConfig(Struct):
@@ -70,8 +70,8 @@ ROW = np.dtype(ServoTrace)
 class Servo:
     """A servo made from a config. Raises Error as vxs_servo_init(). One thread at a time.
 
-    Nothing here waits or looks at a clock: who calls tick() decides what time it is. Python is no real-time language: for
-    hardware let `voxshell simulate --realtime` or a C program run the loop, and read its recording here.
+    Nothing here waits or looks at a clock: who calls tick() decides what time it is. Python is no real-time language: on the wall
+    clock, and on hardware, a ServoThread runs it.
     """
 
     def __init__(self, config):
@@ -79,14 +79,23 @@ class Servo:
         self._memory = Memory(load().vxs_servo_memory(ctypes.byref(config)))
         self._servo = ctypes.c_void_p()
         need(load().vxs_servo_init(self._memory.address, self._memory.size, ctypes.byref(config), ctypes.byref(self._servo)), "servo")
+        self.address = self._servo.value
+        self.is_taken = False  # by a ServoThread
         self.command = DeviceCommand()
+
+    def need_free(self):
+        """Raises RuntimeError where a loop has it."""
+        if self.is_taken:
+            raise RuntimeError("the servo is its thread's until that is stopped")
 
     def tick(self, state, rows=None, n=0):
         """One sample: DeviceState in, flags out (ServoFlag | ContactFlag); self.command is what the device is to be told, and
         rows[n] (an array of ROW), if given, what was felt."""
+        self.need_free()
         row = None if rows is None else rows.ctypes.data + rows.strides[0] * range(len(rows))[n]
         return load().vxs_servo_tick(self._servo, ctypes.byref(state), ctypes.byref(self.command), row)
 
     def clear(self):
         """Ends a FAULT."""
+        self.need_free()
         load().vxs_servo_clear(self._servo)

@@ -44,7 +44,7 @@ def main(compiler):
         run(room / "bin" / "pip", "install", "--no-index", wheel)
         print(f"{wheel.name}: {wheel.stat().st_size} bytes, {python}")
         env = {**os.environ, "VXS_CC": compiler, "PYTHONPATH": ""}
-        for name in ("test_layout_of_structs", "test_assets", "test_runtime"):
+        for name in ("test_layout_of_structs", "test_assets", "test_runtime", "test_servo_thread"):
             done = subprocess.run([room / "bin" / "python", HERE / f"{name}.py"], cwd=folder, env=env, check=False)
             assert done.returncode == 0, f"{name}: exit status {done.returncode}"
 

@@ -7,11 +7,12 @@ import subprocess
 import unittest
 
 import voxshell
-from voxshell import contact, device, library, servo, voxmap
+from voxshell import contact, device, library, servo, servo_thread, voxmap
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 TYPES = {ctypes.c_double: "double", ctypes.c_uint32: "uint32_t", ctypes.c_uint64: "uint64_t", ctypes.c_int64: "int64_t",
-         ctypes.c_uint16: "uint16_t", ctypes.c_int: "int"}
+         ctypes.c_uint16: "uint16_t", ctypes.c_int: "int",
+         ctypes.c_int32: "int32_t", ctypes.c_size_t: "size_t"}
 INCLUDES = ["-I", ROOT / "runtime/include", "-I", ROOT / "formats/include"]
 
 
@@ -30,10 +31,11 @@ def constants():
     for kind in (voxshell.Voxmap, voxshell.Pointshell, voxshell.Plan):
         yield f"VXS_ASSET_{kind.__name__.upper()}", kind.KIND
     yield "VXS_CHANNEL", -71
+    yield "VXS_SERVO_THREAD_BINS", servo_thread.BINS
 
 
 def compiles(lines):
-    source = '#include "voxshell/voxshell.h"\n' + "\n".join(lines) + "\n"
+    source = '#include "voxshell/hardware.h"\n#include "voxshell/replay.h"\n#include "voxshell/voxshell.h"\n' + "\n".join(lines) + "\n"
     done = subprocess.run([os.environ.get("VXS_CC", "cc"), "-std=c11", "-Wall", "-Werror", "-fsyntax-only", *INCLUDES, "-x", "c", "-"],
                           input=source, capture_output=True, text=True, check=False)
     return done.stderr if done.returncode else ""
@@ -60,7 +62,7 @@ class Layout(unittest.TestCase):
             self.assertEqual(compiles(about(struct)), "", struct)
 
     def test_prototypes(self):
-        self.assertEqual(compiles([library.PROTOTYPES]), "")
+        self.assertEqual(compiles([library.PROTOTYPES, library.DEVICES]), "")
         self.assertGreater(len([name for name in vars(library.load()) if name.startswith("vxs_")]), 30)
 
     def test_constants(self):
