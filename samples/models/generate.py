@@ -19,6 +19,9 @@ import pathlib
 import struct
 import sys
 
+if sys.version_info < (3, 9):
+    sys.exit("%s: needs Python 3.9 or newer, and this is %d.%d" % ((sys.argv[0],) + sys.version_info[:2]))
+
 EDGE = 2.0  # length that the edges of triangles aim at [mm]
 TURN = 128  # vertices round the cup: a chord leaves the circle by at most 0.012 mm
 

@@ -21,6 +21,22 @@ class Usage(command.CommandTest):
             self.assertLess(max(map(len, lines)), 120, arguments)
         self.run_voxshell('-h', out='^voxshell convert')
 
+    def test_what_was_meant(self):
+        self.run_voxshell('convert', self.glb, '-o', 'a', '--voxle', '2mm', code=1, out='', err=r'^voxshell convert: error: --voxle is not an option; did you mean --voxel\?\nsee')
+        self.run_voxshell('convert', self.glb, '-o', 'a', '--zzzzzz', code=1, out='', err=r'error: --zzzzzz is not an option\nsee')
+        self.run_voxshell('inspect', 'one', 'two', code=1, out='', err=r"error: 'two': one argument too many\nsee")
+        self.run_voxshell('zzzzzz', code=1, out='', err=r"error: 'zzzzzz' is not a verb\nsee")
+        self.run_voxshell('convert', self.folder, '-o', 'a', '--voxel', '2mm', code=2, out='', err=r'is a folder; name the files in it')
+        self.run_voxshell('convert', self.path('part.step'), '-o', 'a', '--voxel', '2mm', code=5, out='', err=r"'\.step' is not one of .*; save the part as one of these")
+        self.run_voxshell('convert', self.glb, '-o', 'a', '--voxel', '2mm', '-q')
+        self.run_voxshell('inspect', 'a/cup', code=2, out='', err=r'a/cup: No such file or directory; did you mean a/cup\.voxmap\?$')
+        self.run_voxshell('inspect', 'a', code=2, out='', err=r'a: is a folder, not an asset; did you mean a/cup\.pointshell\?$')
+        with open(self.path('room.scene.json'), 'w', encoding='utf-8') as file:
+            file.write('{}')
+        for verb in ('simulate', 'design'):
+            for name in ('room', 'room.scene'):
+                self.run_voxshell(verb, *(['-q'] if verb == 'simulate' else []), name, code=5, out='', err=r'did you mean room\.scene\.json\?$')
+
     def test_every_verb_and_exit_code_is_in_the_help(self):
         text = self.run_voxshell('--help').stdout
         for verb in VERBS:
@@ -34,7 +50,7 @@ class Usage(command.CommandTest):
 
     def test_no_or_unknown_verb(self):
         self.run_voxshell(code=1, out='', err=r'^voxshell: error: a verb is missing\nsee voxshell --help\n$')
-        self.run_voxshell('convrt', code=1, out='', err=r"^voxshell: error: 'convrt' is not a verb\nsee voxshell --help\n$")
+        self.run_voxshell('convrt', code=1, out='', err=r"^voxshell: error: 'convrt' is not a verb; did you mean convert\?\nsee voxshell --help\n$")
         self.run_voxshell('--convert', code=1, out='', err=r'^voxshell: error: .*\nsee voxshell --help\n$')
 
     def test_missing_and_unknown_options(self):

@@ -50,15 +50,22 @@ Input input_of(const std::string &text)
     const std::size_t dot = name.rfind('.');
     const std::string ending = dot == std::string::npos ? "" : name.substr(dot);
     if (dot != std::string::npos) name.resize(dot);
+    std::error_code ignored;
+    if (fs::is_directory(path, ignored))
+        throw Failure(ExitCode::system, text,
+                      "is a folder; name the files in it, or give it to voxshell batch");
     if (name.empty()) throw Failure(ExitCode::usage, text, "has no name before its ending");
     if (is_scene(path)) return {path, nullptr, scene_name(path)};
     if (const FileFormat *format = format_of(path)) return {path, format, name};
     throw Failure(
         ExitCode::unsupported, text,
         ending.empty()
-            ? fmt::format("has no ending; {}, .scene.json, .scene.gltf or .scene.glb is needed",
-                          import_endings())
-            : fmt::format("the ending '{}' is not one of {}, .scene.json", ending, import_endings()));
+            ? fmt::format("has no ending; {}, .scene.json, .scene.gltf or .scene.glb is needed{}",
+                          import_endings(), meant_scene(path))
+            : fmt::format(
+                  "the ending '{}' is not one of {}, .scene.json; save the part as one of these where "
+                  "it was made",
+                  ending, import_endings()));
 }
 
 std::vector<Input> inputs_of(const ConvertOptions &o)

@@ -80,7 +80,7 @@ Question question_of(const DesignOptions &o, Progress &progress)
     if (!o.scene.empty()) {
         if (!is_scene(o.scene)) {
             throw Failure(ExitCode::unsupported, o.scene,
-                          "a scene ends in .scene.json, .scene.gltf or .scene.glb");
+                          "a scene ends in .scene.json, .scene.gltf or .scene.glb" + meant_scene(o.scene));
         }
         scene = read_scene(o.scene);
     }

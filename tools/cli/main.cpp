@@ -4,6 +4,7 @@
 #include "cli/progress.hpp"
 #include "cli/verb.hpp"
 #include "pipeline/output.hpp"
+#include "scene/spelling.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -12,6 +13,8 @@
 #include <cstdio>
 #include <cstring>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <unistd.h>
 
@@ -36,6 +39,34 @@ int complain(const std::string &verb, const Failure &failure)
     return static_cast<int>(failure.code);
 }
 
+/// "; did you mean X?", or nothing.
+std::string meant(const std::string &word, const std::vector<std::string> &known)
+{
+    const std::vector<std::string_view> words(known.begin(), known.end());
+    if (words.empty()) return "";
+    const std::string_view near = nearest(word, words);
+    return is_near(word, near) ? fmt::format("; did you mean {}?", near) : "";
+}
+
+std::string no_verb(const std::string &word)
+{
+    std::vector<std::string> known;
+    for (const Verb &verb : verbs()) known.push_back(verb.name);
+    return fmt::format("'{}' is not a verb{}", word, meant(word, known));
+}
+
+/// The first word of a command line that its verb has no use for.
+std::string no_use(const CLI::App &verb)
+{
+    const std::string word = verb.remaining(true).front();
+    if (word[0] != '-') return fmt::format("'{}': one argument too many", word);
+    std::vector<std::string> known;
+    for (const CLI::Option *option : verb.get_options())
+        for (const std::string &name : option->get_lnames()) known.push_back("--" + name);
+    const std::string name = word.substr(0, word.find('='));
+    return fmt::format("{} is not an option{}", name, meant(name, known));
+}
+
 int run(int argc, char **argv)
 {
     CLI::App app{"CAD scenes to haptic assets, and what is done with them"};
@@ -56,7 +87,7 @@ int run(int argc, char **argv)
         if (argc > 1 && find_verb(argv[1]))
             chosen = argv[1];
         else if (argc > 1 && argv[1][0] != '-')
-            throw Failure(ExitCode::usage, "", fmt::format("'{}' is not a verb", argv[1]));
+            throw Failure(ExitCode::usage, "", no_verb(argv[1]));
         app.parse(argc, argv);
         for (const auto &[sub, action] : actions) {
             if (!sub->parsed()) continue;
@@ -84,6 +115,9 @@ int run(int argc, char **argv)
         return 0;
     } catch (const CLI::Success &) {
         return 0; // an option that prints and ends
+    } catch (const CLI::ExtrasError &) {
+        return complain(
+            chosen, Failure(ExitCode::usage, "", no_use(chosen.empty() ? app : *app.get_subcommand(chosen))));
     } catch (const CLI::ParseError &error) {
         return complain(chosen, Failure(ExitCode::usage, "", error.what()));
     } catch (...) {

@@ -306,7 +306,8 @@ ExitCode simulate(const SimulateOptions &o)
     const bool is_plan = fs::path(o.scene).extension() == ".plan";
     if (!is_plan && !is_scene(o.scene)) {
         throw Failure(ExitCode::unsupported, o.scene,
-                      "a scene ends in .scene.json, .scene.gltf or .scene.glb, a plan in .plan");
+                      "a scene ends in .scene.json, .scene.gltf or .scene.glb, a plan in .plan" +
+                          meant_scene(o.scene));
     }
     for (const std::string &plot : o.plots) {
         picture_of(plot);

@@ -94,7 +94,7 @@ void judge_walls(const Part &part, double size, Judge &judge)
     if (!walls.meaningful() || thin <= 0.01) return;
     const double wall = walls.quantile(0.01), suits = wall > size * 1e-9 ? voxel_for_wall(wall) : 0;
     judge.guess("thin-walls",
-                fmt::format("{:.2g} % of the walls are thinner than three voxels, the thinnest {} at "
+                fmt::format("{:.0f} % of the walls are thinner than three voxels, the thinnest {} at "
                             "({:.6g}, {:.6g}, {:.6g}) m; {}",
                             thin * 100, format_length(walls.thinnest), walls.thinnest_at[0],
                             walls.thinnest_at[1], walls.thinnest_at[2],
@@ -268,8 +268,8 @@ Part convert_part(Scene &&scene, const PartOptions &options, Progress &progress)
 {
     progress.stage("mesh", 0);
     Mesh mesh;
-    const bool is_flat = scene.instances.size() == 1 && scene.meshes.size() == 1 &&
-                         scene.instances[0].pose == Instance{}.pose;
+    const bool is_flat =
+        scene.instances.size() == 1 && scene.meshes.size() == 1 && scene.instances[0].pose == Instance{}.pose;
     if (is_flat && scene.meshes[0].triangles.size() < most_at_once) {
         mesh = std::move(scene.meshes[0]);
         for (Point &p : mesh.vertices)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scene/json_place.hpp"
 
+#include "scene/spelling.hpp"
+
 #include "cli/failure.hpp"
 #include "container/container.hpp"
 
@@ -40,25 +42,6 @@ std::string read_text(const std::filesystem::path &file)
         throw Failure(ExitCode::invalid, file.string(), "larger than 16 MiB: not a scene");
     }
     return text;
-}
-
-/// Edits (insert, drop, replace) that turn a into b; one if b says it more fully.
-std::size_t distance(std::string_view a, std::string_view b)
-{
-    if (a.size() >= 3 && b.find(a) != std::string_view::npos) return 1;
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) {
-        row[j] = j;
-    }
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        std::size_t diagonal = row[0]++;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i] != b[j]);
-            diagonal = row[j + 1];
-            row[j + 1] = std::min({row[j + 1] + 1, row[j] + 1, replaced});
-        }
-    }
-    return row.back();
 }
 
 /// Printable, short: what a hostile file says goes to a terminal.
@@ -167,11 +150,8 @@ JsonObject::JsonObject(JsonPlace place, std::span<const std::string_view> keys) 
     for (const auto &item : place_.value_->items()) {
         const std::string &key = item.key();
         if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
-            const auto nearest = std::min_element(keys.begin(), keys.end(), [&](auto a, auto b) {
-                return distance(key.substr(0, 64), a) < distance(key.substr(0, 64), b);
-            });
             JsonPlace(item.value(), place_.pointer_ + "/" + key, *place_.file_)
-                .refuse("unknown key; did you mean \"" + std::string(*nearest) + "\"?");
+                .refuse("unknown key; did you mean \"" + std::string(nearest(key, keys)) + "\"?");
         }
     }
 }

@@ -443,6 +443,17 @@ bool is_scene(const std::filesystem::path &path)
            !stem.stem().empty();
 }
 
+std::string meant_scene(const std::filesystem::path &path)
+{
+    std::error_code ignored;
+    for (const char *ending : {".scene.json", ".json", ".scene.gltf", ".gltf", ".scene.glb", ".glb"}) {
+        const std::filesystem::path whole = path.string() + ending;
+        if (is_scene(whole) && std::filesystem::exists(whole, ignored))
+            return "; did you mean " + whole.string() + "?";
+    }
+    return "";
+}
+
 std::string scene_name(const std::filesystem::path &path)
 {
     return path.stem().stem().string();

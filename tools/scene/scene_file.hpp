@@ -166,6 +166,9 @@ SceneFile read_scene(const std::filesystem::path &path);
 
 /// NAME.scene.json, NAME.scene.gltf or NAME.scene.glb: decided by the ending alone.
 bool is_scene(const std::filesystem::path &path);
+
+/// "; did you mean cup.scene.json?" for a scene that is there, named without its ending; else nothing.
+std::string meant_scene(const std::filesystem::path &path);
 /// Of glTF.
 bool is_gltf_scene(const std::filesystem::path &path);
 /// NAME: what its assets are called.
