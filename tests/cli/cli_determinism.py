@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The same bytes for any number of threads, any run, any folder: assets and --reproducible report."""
 import os
-import pathlib
 import shutil
-import subprocess
-import unittest
 
 import command
 import shapes
@@ -35,12 +32,9 @@ class Determinism(command.CommandTest):
         for word in ('cost', os.path.basename(self.folder), '/'):
             self.assertNotIn(word, text.replace('voxshell-report/1', ''))
 
-    @unittest.skipIf(command.sanitized() or not shutil.which('cc'), 'sanitizers want malloc for themselves')
     def test_any_schedule(self):
         """Threads that take turns in another way each time: the same bytes. VXS_SCHEDULES: how many ways."""
-        shim = self.path('random_schedule.so')
-        source = pathlib.Path(__file__).with_name('random_schedule.c')
-        subprocess.run(['cc', '-shared', '-fPIC', '-O1', '-o', shim, str(source), '-ldl'], check=True)
+        shim = command.shim('random_schedule.c', self.folder)
         parts = [shapes.write_stl(self.path('ball.stl'), shapes.sphere(10, rings=40)),
                  shapes.write_glb(self.path('cup.glb'), shapes.cup())]
         found = set()

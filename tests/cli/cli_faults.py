@@ -2,33 +2,22 @@
 """A disk that fails or fills up, or takes a little at a time, whatever is written: one line, exit code 2, nothing half-written.
 And no difference for the language, the time zone or the clock."""
 import errno
-import os
-import pathlib
 import shutil
 import subprocess
 
 import command
 import shapes
 
-SHIM = pathlib.Path(__file__).with_name('failing_calls.c')
-
 
 class Faults(command.CommandTest):
     @classmethod
     def setUpClass(cls):
-        compiler = shutil.which('cc') or shutil.which('gcc')
-        if not compiler or command.sanitized():  # a sanitizer must be the first library
-            cls.shim = None
-            return
         cls.place = command.tempfile.mkdtemp(prefix='voxshell-')
-        cls.shim = os.path.join(cls.place, 'failing_calls.so')
-        subprocess.run([compiler, '-O1', '-shared', '-fPIC', '-o', cls.shim, str(SHIM), '-ldl'], check=True)
         cls.addClassCleanup(shutil.rmtree, cls.place, ignore_errors=True)
+        cls.shim = command.shim('failing_calls.c', cls.place)
 
     def setUp(self):
         super().setUp()
-        if not self.shim:
-            self.skipTest('no C compiler, or sanitizers')
         shapes.write_stl(self.path('cup.stl'), shapes.cup())
         self.run_voxshell('convert', 'cup.stl', '-o', 'in', '--unit', 'mm', '--voxel', '1mm', '-q')
         self.jobs = {
