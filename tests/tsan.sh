@@ -23,7 +23,10 @@ if [ -z "$(find . -name libtbb.so.12)" ]; then
 fi
 (cd "$source" && cmake --preset tsan >/dev/null && cmake --build build/tsan --target voxshell)
 LD_LIBRARY_PATH=$(dirname "$(find "$folder" -name libtbb.so.12 | head -n 1)")
-TSAN_OPTIONS="history_size=4 exitcode=66"
+# A worker still looks at a loop's task_group_context, on the stack of the thread that waited for the loop, when that has gone
+# on: TBB orders the two by a fence, which the sanitizer does not see. So where the access itself is TBB's it does not count.
+echo "race_top:tbb::detail::" >suppressions
+TSAN_OPTIONS="history_size=4 exitcode=66 suppressions=$folder/suppressions print_suppressions=1"
 export LD_LIBRARY_PATH TSAN_OPTIONS
 voxshell=$source/build/tsan/bin/voxshell samples=$source/build/release/samples
 rm -rf run
