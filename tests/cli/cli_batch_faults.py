@@ -55,7 +55,8 @@ class Faults(command.CommandTest):
         for share in (0.1, 0.5, 0.9):  # results and cache are one file: hard links
             with self.disk('small', f'{int(needed * share)}k'):
                 done = self.batch('in', '-o', 'small/out', *MM, code=2)
-                lines = done.stderr.splitlines()
+                # Where the last result just fits, it is the cache's entry beside it that does not.
+                lines = [line for line in done.stderr.splitlines() if line != 'voxshell batch: warning: small/out/.voxshell-cache: results are not stored: No space left on device']
                 self.assertGreater(len(lines), 0)
                 for line in lines:
                     self.assertRegex(line, '^voxshell batch: error: .*No space left on device$')
