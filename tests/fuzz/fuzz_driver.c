@@ -17,7 +17,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { MOST = 1 << 15, RANDOM_MOST = 1024, SEEDS = 64, PATH = 4096 };
+enum { MOST = 1 << 16, RANDOM_MOST = 1024, SEEDS = 64, PATH = 4096 };
 
 static uint64_t state;
 
@@ -95,7 +95,7 @@ static int replay(const char *folder)
     int count = scandir(folder, &found, NULL, alphasort), ran = 0;
     for (int n = 0; n < count; n++) {
         char path[PATH];
-        uint8_t bytes[1 << 16];
+        uint8_t bytes[MOST];
         snprintf(path, sizeof path, "%s/%s", folder, found[n]->d_name);
         FILE *file = found[n]->d_name[0] == '.' ? NULL : fopen(path, "rb");
         if (file) {
@@ -116,7 +116,8 @@ static int write_seeds(const char *folder)
     for (uint32_t n = 0; n < SEEDS; n++) {
         char path[PATH];
         uint8_t bytes[MOST];
-        size_t size = fuzz_seed(n, bytes, sizeof bytes);
+        size_t size = fuzz_seed(n, bytes, MOST);
+        FUZZ_CHECK(size > 0); /* one that finds no room would never be tried */
         snprintf(path, sizeof path, "%s/seed%02u", folder, (unsigned)n);
         FILE *file = fopen(path, "wb");
         if (!file) return 1;
@@ -135,7 +136,9 @@ int main(int count, char **arguments)
     clock_t began = clock();
     for (uint32_t n = 0; n < SEEDS; n++) {
         uint8_t bytes[MOST];
-        execute(bytes, fuzz_seed(n, bytes, MOST));
+        size_t size = fuzz_seed(n, bytes, MOST);
+        FUZZ_CHECK(size > 0);
+        execute(bytes, size);
     }
     for (unsigned long n = 0; n < executions; n++) {
         uint8_t bytes[MOST];

@@ -3,6 +3,7 @@
 #include "cli/failure.hpp"
 #include "voxmap/vdb_parse.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fmt/core.h>
@@ -131,8 +132,9 @@ VdbFile receive_vdb(Answers &reader, std::uint64_t memory)
     const auto give_up = [&] { throw Failure(ExitCode::invalid, "", reader.obituary()); };
     Answer answer;
     if (!reader.read(&answer, sizeof answer)) give_up();
+    const std::uint64_t most = std::min<std::uint64_t>(vdb_max_meta, memory); // of a text
     const bool sane =
-        answer.meta <= vdb_max_meta && answer.grid <= vdb_max_meta && answer.kind <= vdb_max_meta &&
+        answer.meta <= most && answer.grid <= most && answer.kind <= most &&
         answer.bricks <= memory / sizeof(Brick) && answer.runs <= memory / sizeof(SolidRun) &&
         (answer.layers == 0 || answer.layers == answer.bricks) &&
         (answer.distances == 0 || answer.distances == answer.bricks) &&
