@@ -31,9 +31,21 @@ static void step(vxs_coupling *coupling, const vxs_wrench *contact, const vxs_po
     for (int i = 0; i < 3; i++) out->force[i] = contact->force[i] * rendered;
 }
 
+/* Behind the coupling: what the hand gets is there, at the tip and in the device's frame. */
+static void halve(void *self, vxs_tick *tick)
+{
+    (void)self;
+    for (int i = 0; i < 3; i++) tick->wrench.force[i] /= 2, tick->wrench.torque[i] /= 2;
+}
+
 static const vxs_effect_constant one_constant = {"strength", "N", 1, 0, 2};
 static const vxs_effect_kind good_effect = {
     .struct_size = sizeof good_effect, .tick_size = sizeof(vxs_tick), .name = "lab-push", .run = add_force};
+static const vxs_effect_kind behind = {.struct_size = sizeof behind,
+                                       .tick_size = sizeof(vxs_tick),
+                                       .name = "lab-half",
+                                       .before = "passivity",
+                                       .run = halve};
 static const vxs_coupling_kind good_coupling = {.struct_size = sizeof good_coupling,
                                                 .coupling_size = sizeof(vxs_coupling),
                                                 .name = "lab-gain",
@@ -148,10 +160,38 @@ static void check_loop(void)
     bench_close(&b);
 }
 
+/* An effect that runs behind the coupling takes half of what each coupling makes, of all that is at the object too. */
+static void check_behind_the_coupling(uint32_t kind)
+{
+    vxs_servo_trace rows[2];
+    for (int with = 0; with < 2; with++) {
+        servo_bench b;
+        bench_prepare(&b);
+        b.servo_config.coupling.kind = kind;
+        if (with) CHECK_INT(vxs_effect_own(&behind, bench_effect(&b, VXS_EFFECT_TORQUE)), VXS_OK);
+        CHECK_INT(vxs_effect_own(&good_effect, bench_effect(&b, VXS_EFFECT_TORQUE)), VXS_OK);
+        b.has_no_torque = 1;
+        added = 0.25;
+        bench_open(&b);
+        bench_start(&b);
+        b.state.pose.position[1] = 0.009;
+        for (int n = 0; n < 20; n++) bench_follow(&b, &rows[with]);
+        bench_close(&b);
+    }
+    CHECK(fabs(rows[0].command.force[1]) > 0.05 && rows[0].command.force[2] >= 0.2);
+    for (int i = 0; i < 3; i++) {
+        CHECK(rows[1].collision.force[i] == rows[0].collision.force[i]);
+        CHECK(rows[1].command.force[i] == rows[0].command.force[i] / 2);
+    }
+}
+
 int main(void)
 {
     check_effect();
     check_coupling();
     check_loop();
+    check_behind_the_coupling(VXS_COUPLING_NONE);
+    check_behind_the_coupling(VXS_COUPLING_PT2);
+    check_behind_the_coupling(VXS_COUPLING_QUASI_STATIC);
     return 0;
 }

@@ -22,17 +22,19 @@ def run(*command, **more):
 
 
 def suitable():
-    """An interpreter that can do it: this one, or the system's."""
+    """An interpreter that can do it: this one, or the system's; else None."""
     for interpreter in dict.fromkeys((sys.executable, "/usr/bin/python3")):
         if os.path.exists(interpreter) and subprocess.run([interpreter, "-c", NEEDS], stderr=subprocess.DEVNULL, check=False).returncode == 0:
             return interpreter
     print("skipped: no Python 3 with numpy, pip, setuptools, wheel and venv (Debian: python3-numpy python3-pip python3-setuptools "
           "python3-wheel python3-venv)")
-    sys.exit(SKIPPED)
+    return None
 
 
 def main(compiler):
     python = suitable()
+    if not python:
+        sys.exit(SKIPPED)
     before = sorted(PACKAGE.rglob("*"))
     with tempfile.TemporaryDirectory(prefix="voxshell-python-") as folder:
         wheels, room = pathlib.Path(folder, "wheels"), pathlib.Path(folder, "room")
