@@ -16,10 +16,20 @@ SOURCE = pathlib.Path(os.environ.get('VOXSHELL_SOURCE', pathlib.Path(__file__).p
 SKIPPED = 77
 
 
+def built_with(option):
+    """Whether the build has an option of CMakeLists.txt that says more than OFF."""
+    cache = pathlib.Path(os.environ.get('VOXSHELL_BUILD', 'none'), 'CMakeCache.txt')
+    return cache.exists() and re.search(rf'^{option}:\w+=(?!OFF$).+$', cache.read_text(encoding='utf-8'), re.M) is not None
+
+
 def sanitized():
     """Sanitizers multiply memory and time: what is measured then says nothing about the program."""
-    cache = pathlib.Path(os.environ.get('VOXSHELL_BUILD', 'none'), 'CMakeCache.txt')
-    return cache.exists() and re.search(r'^VOXSHELL_SANITIZE:\w+=.+$', cache.read_text(encoding='utf-8'), re.M) is not None
+    return built_with('VOXSHELL_SANITIZE')
+
+
+def counting():
+    """The coverage's counters are instructions, too."""
+    return built_with('VOXSHELL_COVERAGE')
 
 
 def shim(source, folder):

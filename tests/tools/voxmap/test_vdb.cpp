@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <doctest/doctest.h>
 #include <filesystem>
 #include <fstream>
@@ -100,7 +99,10 @@ void check_equal(const Cells &a, const Cells &b)
     CHECK(a.max == b.max);
     CHECK(a.solid == b.solid);
     REQUIRE(a.bricks.size() == b.bricks.size());
-    CHECK(std::memcmp(a.bricks.data(), b.bricks.data(), a.bricks.size() * sizeof(Brick)) == 0);
+    CHECK(std::equal(
+        a.bricks.begin(), a.bricks.end(), b.bricks.begin(), [](const Brick &one, const Brick &other) {
+            return one.at == other.at && one.surface == other.surface && one.interior == other.interior;
+        }));
 }
 
 ExitCode code_of(const std::filesystem::path &path)
