@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every hard file through the command line: converted with unit normals and within the estimated memory,
 or refused with one clear line. Each conversion is a process of its own, whose peak the system tells."""
+import functools
 import json
 import os
 import pathlib
@@ -39,8 +40,18 @@ else:  # how far a normal of an exported shell is off unit length
 """
 
 
+@functools.cache
+def with_numpy():
+    """An interpreter that has it: this one, or the system's."""
+    for interpreter in dict.fromkeys((sys.executable, '/usr/bin/python3')):
+        if os.path.exists(interpreter) and subprocess.run([interpreter, '-c', 'import numpy'], stderr=subprocess.DEVNULL, check=False).returncode == 0:
+            return interpreter
+    print('skipped: no Python 3 with numpy (Debian: python3-numpy)')
+    sys.exit(SKIPPED)
+
+
 def read(what, path):
-    return float(subprocess.run([sys.executable, '-c', READ, what, path], check=True, capture_output=True, text=True).stdout)
+    return float(subprocess.run([with_numpy(), '-c', READ, what, path], check=True, capture_output=True, text=True).stdout)
 
 
 def run(*arguments):

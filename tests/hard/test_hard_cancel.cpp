@@ -27,6 +27,8 @@ namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr double slower = 20;
+#elif defined(VXS_COUNTING)
+constexpr double slower = 4;
 #else
 constexpr double slower = 1;
 #endif
@@ -106,7 +108,7 @@ TEST_CASE("every long step ends soon after it is asked to")
     Cells solid = surface;
     classify(solid, winding, silent);
     // 100 ms of the work of all threads: on a machine of one's own at most as much by the clock, and other
-    // people's work stretches it little. Sanitizers multiply it.
+    // people's work stretches it little. Sanitizers multiply it, and counters.
     const double bar = 0.1 * slower;
     const auto check = [&](const Worst &w) { CHECK(w.work < bar); };
     check(stop("bin", [&](Progress &p) { bin_triangles(lattice, p); }));
