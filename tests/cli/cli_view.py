@@ -454,10 +454,6 @@ class SeenTest(ViewCase):
             self.settle(seen)
             self.click(seen, 'slice-2', 'layer-1-normals')
             self.slide(seen, 'seek', 1100)
-            self.settle(seen)
-            seen.screenshot(self.path('seen.png'))  # once: to take it may resize the page, and that draws it anew
-            if os.environ.get('VXS_BROWSER_SHOTS'):
-                shutil.copy(self.path('seen.png'), pathlib.Path(os.environ['VXS_BROWSER_SHOTS'], 'view-cup_press.png'))
             small = '''(async () => {
                 const image = new Image();
                 image.src = 'data:image/png;base64,%s';
@@ -467,9 +463,17 @@ class SeenTest(ViewCase):
                 pen.drawImage(image, 0, 0, 960, 720, 0, 0, 64, 48);
                 return [...pen.getImageData(0, 0, 64, 48).data];
             })()'''
-            shown, kept = (seen.run(small % base64.b64encode(pathlib.Path(path).read_bytes()).decode())
-                           for path in (self.path('seen.png'), command.SOURCE / 'samples/pictures/view_cup_press.png'))
-            off = [abs(a - b) for a, b in zip(shown, kept)]
+            # To take it may resize the page, which draws it anew: on a machine with other work coarser, until it has settled again.
+            for _ in range(4):
+                self.settle(seen)
+                seen.screenshot(self.path('seen.png'))
+                shown, kept = (seen.run(small % base64.b64encode(pathlib.Path(path).read_bytes()).decode())
+                               for path in (self.path('seen.png'), command.SOURCE / 'samples/pictures/view_cup_press.png'))
+                off = [abs(a - b) for a, b in zip(shown, kept)]
+                if sum(off) / len(off) < 1.0:
+                    break
+            if os.environ.get('VXS_BROWSER_SHOTS'):
+                shutil.copy(self.path('seen.png'), pathlib.Path(os.environ['VXS_BROWSER_SHOTS'], 'view-cup_press.png'))
             self.assertLess(sum(off) / len(off), 1.0)
             self.assertLess(sum(o > 40 for o in off), 0.005 * len(off))
             self.assertGreater(sum(abs(a - b) > 20 for a, b in zip(kept, (*BACKGROUND, 255) * (len(kept) // 4))), 0.1 * len(kept))
